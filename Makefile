@@ -1,0 +1,51 @@
+# Every target sets itself up: the first one that is run builds .venv from constraints.txt.
+#   make train ARGS="--seed 1 --train.footsteps 50000"    options go through ARGS
+#   make train EXTRAS=dev,tune,cuda                        for an NVIDIA GPU
+
+SHELL := /bin/bash
+PYTHON ?= python3
+EXTRAS ?= dev,tune
+ARGS ?=
+
+VENV := .venv
+BIN := $(VENV)/bin
+# One stamp per choice of extras, so that asking for cuda later installs it.
+READY := $(VENV)/.installed-$(EXTRAS)
+
+.DEFAULT_GOAL := help
+.PHONY: help train test test-all bench lint tune models clean
+
+help: ## show this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+train: $(READY) ## train a policy into runs/<date-time>
+	$(BIN)/jaxwalk train $(ARGS)
+
+test: $(READY) ## the tests, the slow ones left out
+	$(BIN)/python -m pytest -q $(ARGS)
+
+test-all: $(READY) ## all tests
+	$(BIN)/python -m pytest -q -m "slow or not slow" $(ARGS)
+
+bench: $(READY) ## bare mjx.step, the whole tick and the training loop, measured
+	$(BIN)/jaxwalk bench $(ARGS)
+
+lint: $(READY) ## style and types
+	$(BIN)/ruff check .
+	$(BIN)/pyright
+
+tune: $(READY) ## search the gait's defaults again
+	$(BIN)/python scripts/tune.py $(ARGS)
+
+models: $(READY) ## write models/*.xml anew from jaxwalk/body.py
+	$(BIN)/python scripts/make_models.py
+
+clean: ## remove the environment and caches; runs/ stays
+	rm -rf $(VENV) dist build .pytest_cache .ruff_cache *.egg-info
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(READY): pyproject.toml constraints.txt
+	@echo "setting up $(VENV) ..."
+	@$(PYTHON) -m venv --clear $(VENV) || { echo "$(PYTHON) cannot make environments: on Debian, apt-get install python3-venv" >&2; exit 1; }
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[$(EXTRAS)]'
+	@touch $@

@@ -1,0 +1,75 @@
+"""The command line: ``jaxwalk COMMAND [options]``.
+
+Nothing heavy is imported before a command's options have been read and found good.
+"""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+import sys
+from collections.abc import Sequence
+
+from jaxwalk import __version__
+from jaxwalk.errors import UserError
+
+_COMMANDS = {
+    "train": "train a policy into a run folder",
+    "evaluate": "measure a policy's walking and the pushes that it survives",
+    "render": "draw a policy's walk as mp4, gif or png",
+    "bench": "measure the speed of the simulation and of training",
+}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Args:
+      argv: the arguments after the program's name; the process's own by default.
+
+    Returns:
+      Exit code: 0 done, 2 bad input (one line on standard error says what), 130 interrupted.
+    """
+    argv = sys.argv[1:] if argv is None else list(argv)
+    try:
+        return _dispatch(argv)
+    except UserError as error:
+        print(f"jaxwalk: error: {' '.join(str(error).split())}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("jaxwalk: interrupted", file=sys.stderr)
+        return 130
+
+
+def _dispatch(argv: list[str]) -> int:
+    known = ", ".join(_COMMANDS)
+    if not argv:
+        raise UserError(f"no command: give one of {known}, or --help")
+    name, *rest = argv
+    if name in ("-h", "--help"):
+        print(_help())
+        return 0
+    if name == "--version":
+        print(f"jaxwalk {__version__}")
+        return 0
+    if name not in _COMMANDS:
+        close = difflib.get_close_matches(name, _COMMANDS, n=1)
+        meant = f" (did you mean {close[0]}?)" if close else ""
+        raise UserError(f"unknown command {name!r}: give one of {known}{meant}")
+    try:
+        importlib.import_module(f"jaxwalk.cli.{name}").run(rest)
+    except SystemExit as finished:  # a command's --help
+        if finished.code:
+            raise
+    return 0
+
+
+def _help() -> str:
+    width = max(map(len, _COMMANDS)) + 2
+    commands = "\n".join(f"  {name:<{width}}{what}" for name, what in _COMMANDS.items())
+    return (
+        "usage: jaxwalk COMMAND [options]\n\n"
+        "Learned stepping for powered exoskeletons, many walkers at once.\n\n"
+        f"commands:\n{commands}\n\n"
+        "'jaxwalk COMMAND --help' lists a command's options; 'jaxwalk --version' tells the version."
+    )

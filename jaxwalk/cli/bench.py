@@ -1,0 +1,46 @@
+"""``jaxwalk bench``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from jaxwalk import files
+from jaxwalk.cli import checks
+from jaxwalk.cli.parse import OptionalFile, parse
+
+
+@dataclass(frozen=True)
+class BenchArgs:
+    """Time bare mjx.step, the whole tick and the training loop, on one model and one batch."""
+
+    walkers: int = 256
+    """Walkers side by side, in all three."""
+    seconds: float = 10.0
+    """How long each of the three is timed once compiled, s."""
+    seed: int = 0
+    """Seed of everything that is drawn at random."""
+    json: OptionalFile = None
+    """File for the results, replaced if there. Default: a table on the screen only."""
+
+    def check(self) -> None:
+        """Raises:
+        UserError: an option out of its range.
+        """
+        checks.whole("--walkers", self.walkers)
+        checks.positive("--seconds", self.seconds, "seconds")
+        checks.whole("--seed", self.seed, least=0)
+        if self.json is not None:
+            files.check_output("--json", self.json)
+
+
+def run(argv: Sequence[str]) -> None:
+    args = parse(BenchArgs, argv, "bench")
+    args.check()
+
+    from jaxwalk import runtime
+
+    runtime.setup()
+    from jaxwalk import bench
+
+    bench.main(args)

@@ -1,0 +1,44 @@
+"""Checks that several commands make of their options."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from jaxwalk import body
+from jaxwalk.config import REFERENCE_HEIGHT, REFERENCE_MASS, BodyConfig
+from jaxwalk.errors import UserError
+
+BUILT_IN = ("shipped", "fixed")
+
+
+def policy(name: str) -> None:
+    """POLICY names something that exists. Its content is judged by whoever loads it."""
+    if name not in BUILT_IN and not Path(name).exists():
+        raise UserError(f"no policy {name!r}: give a run folder, a policy file, {' or '.join(BUILT_IN)}")
+
+
+def whole(option: str, value: int, least: int = 1) -> None:
+    if value < least:
+        raise UserError(f"{option} {value}: give a whole number, {least} or more")
+
+
+def between(option: str, value: int | float, low: int | float, high: int | float, unit: str) -> None:
+    """A finite number within [low, high]."""
+    if not low <= value <= high:
+        raise UserError(f"{option} {value:g}: give {low:g} to {high:g}{unit}")
+
+
+def positive(option: str, value: float, unit: str) -> None:
+    if not (math.isfinite(value) and value > 0):
+        raise UserError(f"{option} {value:g}: give a number of {unit} above 0")
+
+
+def person(height: float | None, mass: float | None) -> None:
+    """A stature and a mass, each if given, that a body can be built from."""
+    body.build(
+        BodyConfig(
+            height=REFERENCE_HEIGHT if height is None else height,
+            mass=REFERENCE_MASS if mass is None else mass,
+        )
+    )

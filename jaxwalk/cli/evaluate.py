@@ -1,0 +1,74 @@
+"""``jaxwalk evaluate``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from jaxwalk import files
+from jaxwalk.cli import checks
+from jaxwalk.cli.parse import Impulses, OptionalFile, OptionalFloat, Policy, parse
+
+
+@dataclass(frozen=True)
+class EvaluateArgs:
+    """Measure a policy: does it walk, which pushes does it survive, how soon is it steady again."""
+
+    policy: Policy
+    """A run folder, a policy file, 'shipped', or 'fixed' (the step that is never adapted)."""
+    walkers: int = 256
+    """Walkers in the test of undisturbed walking."""
+    seconds: float = 60.0
+    """How long they walk, s."""
+    speed: float = 1.0
+    """Forward speed that is asked for, m/s."""
+    impulses: Impulses = (30.0, -40.0)
+    """Pushes to try, N s, with commas between; positive ones push forward."""
+    phases: int = 16
+    """Points of the step at which a push begins, evenly spread."""
+    replicas: int = 8
+    """Walkers for each impulse and phase."""
+    push_height: float = 0.0
+    """Where the push lands, m above the torso's centre."""
+    push_duration: float = 0.1
+    """How long the push lasts, s."""
+    height: OptionalFloat = None
+    """Stature of all walkers, m. Default: that of the policy's configuration."""
+    mass: OptionalFloat = None
+    """Mass of all walkers, kg. Default: that of the policy's configuration."""
+    noise: float = 1.0
+    """Scale of the sensors' noise and bias: 1 realistic, 0 none."""
+    seed: int = 0
+    """Seed of everything that is drawn at random."""
+    json: OptionalFile = None
+    """File for the results, replaced if there. Default: a table on the screen only."""
+
+    def check(self) -> None:
+        """Raises:
+        UserError: an option out of its range.
+        """
+        checks.policy(self.policy)
+        checks.whole("--walkers", self.walkers)
+        checks.positive("--seconds", self.seconds, "seconds")
+        checks.between("--speed", self.speed, 0.1, 3.0, " m/s")
+        checks.whole("--phases", self.phases)
+        checks.whole("--replicas", self.replicas)
+        checks.between("--push-height", self.push_height, -1.0, 1.0, " m")
+        checks.positive("--push-duration", self.push_duration, "seconds")
+        checks.person(self.height, self.mass)
+        checks.between("--noise", self.noise, 0.0, 100.0, "")
+        checks.whole("--seed", self.seed, least=0)
+        if self.json is not None:
+            files.check_output("--json", self.json)
+
+
+def run(argv: Sequence[str]) -> None:
+    args = parse(EvaluateArgs, argv, "evaluate")
+    args.check()
+
+    from jaxwalk import runtime
+
+    runtime.setup()
+    from jaxwalk import evaluate
+
+    evaluate.main(args)

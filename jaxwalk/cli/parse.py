@@ -1,0 +1,121 @@
+"""Options from dataclasses by tyro, with one-line errors in place of its boxes."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import math
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import tyro
+
+from jaxwalk.errors import UserError
+
+T = TypeVar("T")
+_COLOUR = re.compile(r"\x1b\[[0-9;]*m")
+
+
+def parse(kind: type[T], argv: Sequence[str], command: str, default: T | None = None) -> T:
+    """The options of ``jaxwalk command`` as a dataclass.
+
+    Args:
+      kind: dataclass whose fields are the options.
+      default: an instance that holds the defaults, if not those of ``kind``.
+
+    Raises:
+      UserError: an option or a value that is wrong.
+      SystemExit: code 0, after printing the help that was asked for.
+    """
+    with _one_line_errors(command):
+        return tyro.cli(
+            kind,
+            args=argv,
+            prog=f"jaxwalk {command}",
+            default=tyro.MISSING_NONPROP if default is None else default,
+            # Switches are written --name True, so that each can be turned off as it is turned on.
+            config=(tyro.conf.FlagConversionOff,),
+        )
+
+
+def parse_known(kind: type[T], argv: Sequence[str], command: str) -> T:
+    """Only the options that ``kind`` has; all others are left for a later look.
+
+    Raises:
+      UserError: a wrong value for one of them.
+    """
+    with _one_line_errors(command):
+        found, _ = tyro.cli(
+            kind, args=argv, prog=f"jaxwalk {command}", return_unknown_args=True, add_help=False
+        )
+    return found
+
+
+@contextlib.contextmanager
+def _one_line_errors(command: str) -> Iterator[None]:
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(said):
+            yield
+    except SystemExit as stop:
+        if not stop.code:
+            raise
+        raise UserError(f"{flatten(said.getvalue())}; see jaxwalk {command} --help") from None
+
+
+def flatten(box: str) -> str:
+    """tyro's error box as one line, without its frame and title.
+
+    The box is a title, then paragraphs between rules: what is wrong, what would be right, where
+    the help is. Its frame is ASCII where the locale
+    is, and coloured on a terminal. Of options that were perhaps meant,
+    three names are enough.
+    """
+    paragraphs: list[list[str]] = [[]]
+    for line in _COLOUR.sub("", box).splitlines()[1:]:
+        text = line.strip(" │╭╮╰╯")
+        if text.strip("─-"):
+            paragraphs[-1].append(text)
+        else:
+            paragraphs.append([])
+    parts = []
+    for paragraph in (" ".join(lines) for lines in paragraphs if lines):
+        if paragraph.startswith("Perhaps you meant"):
+            parts.append("perhaps you meant " + " or ".join(re.findall(r"(?<!\S)--[\w.-]+", paragraph)[:3]))
+        elif not paragraph.startswith("For full helptext"):
+            parts.append(paragraph.removeprefix("Argument helptext: ").rstrip("."))
+    return "; ".join(parts)
+
+
+def _impulses_from_str(values: list[str]) -> tuple[float, ...]:
+    try:
+        impulses = tuple(float(item) for item in values[0].split(","))
+    except ValueError:
+        impulses = ()
+    if not impulses or not all(map(math.isfinite, impulses)):
+        raise ValueError(
+            f"{values[0]!r} is no list of impulses, give numbers with commas between, as in 30,-40"
+        )
+    return impulses
+
+
+def _is_impulses(value: Any) -> bool:
+    return isinstance(value, tuple) and all(isinstance(item, float) for item in value)
+
+
+Policy = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="POLICY")]
+OptionalFile = Annotated[Path | None, tyro.conf.arg(metavar="PATH")]
+OptionalFloat = Annotated[float | None, tyro.conf.arg(metavar="FLOAT")]
+Impulses = Annotated[
+    tuple[float, ...],
+    tyro.constructors.PrimitiveConstructorSpec(
+        nargs=1,
+        metavar="N,N,...",
+        instance_from_str=_impulses_from_str,
+        is_instance=_is_impulses,
+        str_from_instance=lambda impulses: [",".join(f"{impulse:g}" for impulse in impulses)],
+    ),
+]
+"""Impulses in N s, as ``30,-40`` on the command line; positive ones push forward."""

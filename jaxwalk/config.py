@@ -1,0 +1,287 @@
+"""Static configuration: frozen dataclasses that are the command line and the run folder's JSON.
+
+Nothing here imports jax, so that ``jaxwalk --help`` stays fast. Lengths, gains and
+torques are those of the reference body (1.8 m, 75 kg); ``jaxwalk.similarity`` carries
+them to other bodies.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, field
+from typing import Literal
+
+REFERENCE_HEIGHT = 1.8  # m
+REFERENCE_MASS = 75.0  # kg
+GRAVITY = 9.81  # m/s^2
+
+Observable = Literal[
+    "speed", "pitch", "zmp", "step_length", "pitch_rate", "acceleration", "speed_desired", "height"
+]
+
+
+@dataclass(frozen=True)
+class BodyConfig:
+    """Who walks."""
+
+    height: float = REFERENCE_HEIGHT
+    """Stature, m."""
+    mass: float = REFERENCE_MASS
+    """Body mass, kg."""
+    table: Literal["winter", "box"] = "winter"
+    """Anthropometric table: Winter's segments, or the paper's uniform boxes."""
+
+
+@dataclass(frozen=True)
+class PhysicsConfig:
+    """How MuJoCo integrates the body."""
+
+    timestep: float = 0.002
+    """Length of one tick, s."""
+    iterations: int = 3
+    """Newton iterations a tick, at most."""
+    ls_iterations: int = 5
+    """Line-search iterations within each Newton iteration, at most."""
+    tolerance: float = 1e-6
+    """The solver stops early when its scaled improvement falls below this."""
+    contact_timeconst: float = 0.006
+    """Time constant of foot contact (MuJoCo solref[0]), s; at least two ticks."""
+    friction: float = 0.9
+    """Sliding friction between sole and floor."""
+    hip_gain: float = 290.0
+    """Velocity servo gain of the hip, N m s/rad."""
+    hip_limit: float = 250.0
+    """Largest hip torque, N m."""
+    knee_stiffness: float = 900.0
+    """Position gain of the knee servo, N m/rad."""
+    knee_damping: float = 54.0
+    """Velocity gain of the knee servo, N m s/rad."""
+    knee_limit: float = 200.0
+    """Largest knee torque, N m."""
+    ankle_limit: float = 150.0
+    """Largest ankle torque, N m."""
+    ankle_damping: float = 1.0
+    """Passive ankle damping c of the paper, N m s/rad."""
+
+
+@dataclass(frozen=True)
+class SensorConfig:
+    """What the instruments add to the truth. Every figure is multiplied by ``noise``."""
+
+    noise: float = 1.0
+    """Scale of all noise and bias: 1 realistic, 0 none."""
+    velocity_std: float = 0.03
+    """White noise of the torso's forward velocity, m/s."""
+    velocity_bias: float = 0.01
+    """Spread of the velocity's constant error between walkers, m/s."""
+    acceleration_std: float = 0.3
+    """White noise of the torso's forward acceleration, m/s^2."""
+    acceleration_bias: float = 0.05
+    """Spread of the accelerometer's constant error between walkers, m/s^2."""
+    pitch_std: float = 0.002
+    """White noise of the torso's pitch, rad."""
+    pitch_bias: float = 0.005
+    """Spread of the pitch's constant error between walkers, rad."""
+    gyro_std: float = 0.01
+    """White noise of the torso's pitch rate, rad/s."""
+    encoder_std: float = 0.0005
+    """White noise of every joint angle, rad."""
+    encoder_rate_std: float = 0.01
+    """White noise of every joint velocity, rad/s."""
+    touch_std: float = 2.0
+    """White noise of the sole's force, N."""
+    mean_window: int = 10
+    """Ticks in the moving mean of velocity and acceleration."""
+    kalman_process: float = 0.5
+    """Kalman filter: spread of the acceleration's change per tick, m/s^2."""
+    kalman_velocity: float = 0.02
+    """Kalman filter: assumed error of the averaged velocity, m/s."""
+    kalman_acceleration: float = 1.0
+    """Kalman filter: assumed error of the averaged acceleration, m/s^2."""
+
+
+@dataclass(frozen=True)
+class GaitConfig:
+    """The low-level controllers. Lengths, times, rates and torques are the reference body's."""
+
+    speed_desired: float = 1.0
+    """Forward speed that is aimed at, v_desire, m/s (not scaled with the body)."""
+    length_nominal: float = 0.73
+    """Commanded step length before learning, m."""
+    duration_nominal: float = 0.177
+    """Commanded early-swing duration before learning, s."""
+    length_min: float = 0.2
+    """Shortest step that can be commanded, m."""
+    length_max: float = 1.5
+    """Longest step that can be commanded, m."""
+    duration_min: float = 0.10
+    """Shortest early swing that can be commanded, s."""
+    duration_max: float = 0.40
+    """Longest early swing that can be commanded, s."""
+
+    pitch_nominal: float = 0.07
+    """phi0 of eq. 13: the pitch at which the stance hip turns as fast as the stance leg, rad."""
+    stance_rate_max: float = 6.55
+    """Largest hip rate that the stance controller commands, rad/s."""
+    stance_speed_min: float = 0.818
+    """The stance controller never takes the hip to be slower than this, m/s."""
+
+    swing_rate_max: float = 7.135
+    """Largest hip rate in early swing, rad/s."""
+    swing_pitch_gain: float = 0.077
+    """Share of the torso's pitch added to the swing hip's target (0: relative to the torso)."""
+    swing_knee: float = 1.204
+    """Knee flexion of the swing leg, rad."""
+    swing_knee_share: float = 0.678
+    """Share of early swing for which the knee stays bent."""
+    swing_ankle: float = 0.249
+    """Dorsiflexion of the swing foot, rad."""
+    terminal_hip_gain: float = 5.924
+    """Hip rate for each rad off target in terminal swing, 1/s."""
+    ankle_stiffness: float = 77.0
+    """Ankle servo in the air, N m/rad."""
+    ankle_rate_gain: float = 1.0
+    """Ankle servo in the air, N m s/rad."""
+
+    toe_off_form: Literal["linear", "paper"] = "linear"
+    """Toe-off torque: linear in the speed lost, or the paper's eqs 14-22."""
+    toe_off_duration: float = 0.033
+    """How long the ankle pushes, s."""
+    toe_off_base: float = 100.53
+    """linear: torque when nothing was lost, N m."""
+    toe_off_gain: float = 383.999
+    """linear: torque for each m/s lost, N m s/m."""
+    toe_off_speed: float = 1.36
+    """linear: the torso's speed at touch-down from which losses count, at 1 m/s desired, m/s."""
+
+    touchdown_share: float = 0.551
+    """Share of early swing before which a contact is no touch-down."""
+    touchdown_ahead: float = 0.02
+    """How far the landing ankle must be ahead of the other, m."""
+    touchdown_force: float = 20.0
+    """Sole force that counts as contact, N."""
+    fall_height: float = 0.7
+    """A hip lower than this share of its standing height is a fall."""
+    fall_pitch: float = 1.0
+    """A torso that leans further than this, either way, is a fall, rad."""
+    stall_seconds: float = 1.5
+    """A footstep that lasts longer is a stall, which ends the episode like a fall, s."""
+
+
+@dataclass(frozen=True)
+class PushConfig:
+    """The pushes that walkers meet in training."""
+
+    rate: float = 0.15
+    """Mean number of pushes a second."""
+    impulse_max: float = 80.0
+    """Largest impulse, N s; either direction, uniform in size."""
+    duration: float = 0.1
+    """How long the force lasts, s."""
+    height_spread: float = 0.2
+    """Pushes land within this distance of the torso's centre, m."""
+
+
+@dataclass(frozen=True)
+class DDPGConfig:
+    """The learner. The preset ``paper`` holds Liu et al.'s values."""
+
+    hidden: tuple[int, ...] = (400, 300)
+    """Widths of the hidden layers of actor and critic."""
+    actor_lr: float = 3e-4
+    """Learning rate of the actor."""
+    critic_lr: float = 1e-3
+    """Learning rate of the critic."""
+    gamma: float = 0.97
+    """Discount per footstep."""
+    tau: float = 0.005
+    """Share of the online parameters that enters the targets at each update."""
+    batch_size: int = 256
+    """Transitions in one update."""
+    replay_capacity: int = 262_144
+    """Transitions that are remembered."""
+    warmup: int = 2_000
+    """Footsteps gathered before the first update."""
+    updates_per_footstep: float = 0.2
+    """Updates for each footstep gathered."""
+    noise_start: float = 0.4
+    """Standard deviation of the exploration noise at first, in units of half the action range."""
+    noise_end: float = 0.05
+    """The same at the end of training."""
+    noise_spread: float = 4.0
+    """Ratio of the noisiest to the quietest walker's exploration (1: all alike)."""
+    layer_norm: bool = True
+    """LayerNorm after each hidden layer of the critic."""
+    weight_decay: float = 1e-4
+    """Decoupled weight decay of the critic."""
+    max_grad_norm: float = 10.0
+    """Gradients are clipped to this global norm (0: never)."""
+    normalize_observations: bool = True
+    """Sampled observations are centred and scaled by running statistics."""
+    twin: bool = False
+    """TD3: two critics, the smaller one believed, with delayed actor and smoothed targets."""
+    policy_delay: int = 2
+    """TD3: critic updates for each actor update."""
+    target_noise: float = 0.2
+    """TD3: standard deviation of the smoothing noise on the target action."""
+    target_noise_clip: float = 0.5
+    """TD3: largest smoothing noise."""
+
+
+@dataclass(frozen=True)
+class RewardConfig:
+    """The reward of one footstep: 1 less weighted, normalised squares (paper, sec. 2.4)."""
+
+    speed_weight: float = 1.0
+    """Weight of ((v - v_desire) / 0.5 m/s)^2."""
+    pitch_weight: float = 0.5
+    """Weight of (phi / 0.2 rad)^2."""
+    zmp_weight: float = 0.1
+    """Weight of (d_zmp / 0.3 m)^2."""
+    length_weight: float = 0.1
+    """Weight of ((l - l_nominal) / 0.3 m)^2, l_nominal being Boulic's step at v_desire."""
+    fall: float = -5.0
+    """Added when the walker falls."""
+
+
+@dataclass(frozen=True)
+class TrainConfig:
+    """The training loop."""
+
+    walkers: int = 256
+    """Walkers that learn side by side."""
+    footsteps: int = 120_000
+    """Footsteps gathered before training ends."""
+    window_ticks: int = 10
+    """Ticks between two looks at whether a walker needs a decision."""
+    episode_seconds: float = 30.0
+    """A walker that still stands is started anew after this time (truncation)."""
+    height_spread: float = 0.1
+    """Statures are drawn uniformly within this share of the body's height."""
+    mass_spread: float = 0.1
+    """Masses (at given stature) are drawn uniformly within this share."""
+    windows_per_report: int = 50
+    """Windows between two lines of metrics; the loop runs on the device for so long."""
+    evaluations: int = 10
+    """Evaluations spread over training; the best one's policy is kept."""
+
+
+@dataclass(frozen=True)
+class Config:
+    """Everything that a run depends on, its seed aside."""
+
+    body: BodyConfig = field(default_factory=BodyConfig)
+    physics: PhysicsConfig = field(default_factory=PhysicsConfig)
+    sensors: SensorConfig = field(default_factory=SensorConfig)
+    gait: GaitConfig = field(default_factory=GaitConfig)
+    pushes: PushConfig = field(default_factory=PushConfig)
+    reward: RewardConfig = field(default_factory=RewardConfig)
+    ddpg: DDPGConfig = field(default_factory=DDPGConfig)
+    train: TrainConfig = field(default_factory=TrainConfig)
+    observation: tuple[Observable, ...] = ("speed", "pitch", "zmp", "step_length")
+    """What the policy is told at touch-down; the paper's state by default."""
+
+
+def to_dict(config: Config) -> dict:
+    """The configuration as plain JSON values."""
+    return dataclasses.asdict(config)

@@ -1,0 +1,145 @@
+"""Configurations from outside: decoded from JSON values, and checked for sense."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import types
+import typing
+from collections.abc import Iterator, Mapping
+from typing import Any, Literal, TypeVar
+
+from jaxwalk import body
+from jaxwalk.config import Config
+from jaxwalk.errors import UserError
+
+T = TypeVar("T")
+
+
+def from_dict(cls: type[T], data: Any, where: str = "") -> T:
+    """A dataclass from the plain values that ``dataclasses.asdict`` and JSON make of it.
+
+    Missing fields take their defaults, so that older files stay readable.
+
+    Args:
+      cls: dataclass whose fields are scalars, Literals, optional or homogeneous tuples of
+        these, or dataclasses.
+      data: mapping from field names to values.
+      where: dotted path of ``data`` for messages.
+
+    Raises:
+      UserError: a field that ``cls`` does not have, or a value of the wrong type.
+    """
+    if not isinstance(data, Mapping):
+        raise UserError(f"{where or cls.__name__}: expected a table of fields, got {data!r}")
+    hints = typing.get_type_hints(cls)
+    unknown = sorted(set(data) - set(hints))
+    if unknown:
+        raise UserError(f"unknown field {_join(where, unknown[0])}: this version knows {', '.join(hints)}")
+    return cls(**{name: _decode(hints[name], value, _join(where, name)) for name, value in data.items()})
+
+
+def _join(where: str, name: str) -> str:
+    return f"{where}.{name}" if where else name
+
+
+def _decode(kind: Any, value: Any, where: str) -> Any:
+    origin, args = typing.get_origin(kind), typing.get_args(kind)
+    if dataclasses.is_dataclass(kind):
+        return from_dict(typing.cast(type, kind), value, where)
+    if origin is Literal:
+        if value in args:
+            return value
+        raise UserError(f"{where} = {value!r}: give one of {', '.join(map(str, args))}")
+    if origin in (typing.Union, types.UnionType):
+        if value is None and type(None) in args:
+            return None
+        (kind,) = (arg for arg in args if arg is not type(None))
+        return _decode(kind, value, where)
+    if origin is tuple:
+        if not isinstance(value, list | tuple):
+            raise UserError(f"{where} = {value!r}: give a list")
+        return tuple(_decode(args[0], item, f"{where}[{i}]") for i, item in enumerate(value))
+    # bool is an int to Python, but 1 for a switch or true for a count is a mistake in a file.
+    if kind is float and isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value)
+    if type(value) is not kind:
+        raise UserError(f"{where} = {value!r}: give a value of type {kind.__name__}")
+    return value
+
+
+# Fields by the sense their values must have. Body heights and masses are body.build's to judge.
+_POSITIVE = """
+    physics.timestep physics.iterations physics.ls_iterations physics.contact_timeconst physics.friction
+    sensors.mean_window gait.speed_desired pushes.duration ddpg.actor_lr ddpg.critic_lr ddpg.batch_size
+    ddpg.replay_capacity ddpg.noise_spread ddpg.policy_delay train.walkers train.footsteps train.window_ticks
+    train.episode_seconds train.evaluations
+""".split()
+_NOT_NEGATIVE = """
+    physics.tolerance sensors.noise pushes.rate pushes.impulse_max pushes.height_spread ddpg.warmup
+    ddpg.updates_per_footstep ddpg.noise_start ddpg.noise_end ddpg.weight_decay ddpg.max_grad_norm
+    ddpg.target_noise ddpg.target_noise_clip
+""".split()
+_BELOW_ONE = ["ddpg.gamma", "train.height_spread", "train.mass_spread"]  # 0 <= x < 1
+
+
+def check(config: Config) -> None:
+    """See that a configuration can be run at all.
+
+    Raises:
+      UserError: the first field without sense, named as on the command line.
+    """
+    body.build(config.body)
+    values = dict(_leaves(config))
+    for name, value in values.items():
+        if isinstance(value, float):
+            _require(math.isfinite(value), name, value, "a finite number")
+    for name in _POSITIVE:
+        _require(values[name] > 0, name, values[name], "a number above 0")
+    for name in _NOT_NEGATIVE:
+        _require(values[name] >= 0, name, values[name], "0 or more")
+    for name in _BELOW_ONE:
+        _require(0 <= values[name] < 1, name, values[name], "a number from 0 up to, not including, 1")
+    ddpg, gait = config.ddpg, config.gait
+    _require(0 < ddpg.tau <= 1, "ddpg.tau", ddpg.tau, "a number above 0, at most 1")
+    _require(
+        bool(ddpg.hidden) and min(ddpg.hidden) > 0,
+        "ddpg.hidden",
+        ddpg.hidden,
+        "one width or more, each above 0",
+    )
+    _require(
+        ddpg.batch_size <= ddpg.replay_capacity,
+        "ddpg.batch_size",
+        ddpg.batch_size,
+        f"at most --ddpg.replay-capacity, {ddpg.replay_capacity}",
+    )
+    _require(
+        0 < gait.length_min < gait.length_max,
+        "gait.length-min",
+        gait.length_min,
+        "0 < length-min < length-max",
+    )
+    _require(
+        0 < gait.duration_min < gait.duration_max,
+        "gait.duration-min",
+        gait.duration_min,
+        "0 < duration-min < duration-max",
+    )
+    distinct = bool(config.observation) and len(set(config.observation)) == len(config.observation)
+    _require(distinct, "observation", config.observation, "one quantity or more, each once")
+
+
+def _leaves(config: Any, where: str = "") -> Iterator[tuple[str, Any]]:
+    for field in dataclasses.fields(config):
+        value, name = getattr(config, field.name), _join(where, field.name)
+        if dataclasses.is_dataclass(value):
+            yield from _leaves(value, name)
+        else:
+            yield name, value
+
+
+def _require(ok: bool, name: str, value: Any, right: str) -> None:
+    if not ok:
+        shown = " ".join(map(str, value)) or "(none)" if isinstance(value, tuple) else value
+        raise UserError(f"--{name.replace('_', '-')} {shown}: give {right}")

@@ -1,0 +1,149 @@
+"""The three controllers under the policy: stance, swing, ankle toe-off.
+
+Equation numbers are those of Liu et al., "Implementation of DDPG for Controlling
+Dynamic Bipedal Walking". Every function is pure and sees one walker; ``config`` holds
+that walker's own (scaled) numbers.
+"""
+
+from __future__ import annotations
+
+import jax.numpy as jnp
+from flax import struct
+from jaxtyping import Array, Float
+
+from jaxwalk.config import GaitConfig
+from jaxwalk.gait import GaitState, Phase, swing_phase, swing_progress
+from jaxwalk.kinematics import Skeleton, shank_angles, thigh_angles
+from jaxwalk.sensors import Estimate
+
+
+@struct.dataclass
+class Inertias:
+    """What the toe-off torque moves (eqs 16 and 20).
+
+    Attributes:
+      torso: of the torso about the hip, kg m^2.
+      leg_mass: of each half of the trailing leg (thigh; shank with foot), kg.
+      damping: passive ankle damping c, N m s/rad.
+    """
+
+    torso: Float[Array, ""]
+    leg_mass: Float[Array, ""]
+    damping: Float[Array, ""]
+
+
+def stance_hip_rate(
+    config: GaitConfig, leg: Float[Array, ""], hip_speed: Float[Array, ""], angle: Float[Array, ""], pitch: Float[Array, ""]
+) -> Float[Array, ""]:
+    """Commanded hip rate of the stance leg, rad/s (eqs 6-13).
+
+    The stance leg turns about the ankle at a' = v / (L cos a); the hip is turned at
+    w = K phi, K = -a' / phi0, so that the pitch settles at phi0. Departs from eq. 9 in
+    two guards: v is at least ``stance_speed_min``, since K would vanish with it and
+    leave the torso alone when the walker is slowest, and |w| is limited.
+
+    Args:
+      leg: L, m.
+      hip_speed: forward speed of the hip, v_p, m/s.
+      angle: of the leg from the vertical, a, rad.
+      pitch: phi, rad.
+    """
+    ankle_rate = jnp.maximum(hip_speed, config.stance_speed_min) / (leg * jnp.cos(angle))
+    rate = -ankle_rate * pitch / config.pitch_nominal
+    return jnp.clip(rate, -config.stance_rate_max, config.stance_rate_max)
+
+
+def early_swing_hip_rate(
+    config: GaitConfig, target: Float[Array, ""], angle: Float[Array, ""], time_left: Float[Array, ""]
+) -> Float[Array, ""]:
+    """Hip rate that reaches ``target`` rad when the early swing ends, rad/s; limited."""
+    rate = (target - angle) / jnp.maximum(time_left, 1e-3)
+    return jnp.clip(rate, -config.swing_rate_max, config.swing_rate_max)
+
+
+def terminal_swing_hip_rate(config: GaitConfig, target: Float[Array, ""], angle: Float[Array, ""]) -> Float[Array, ""]:
+    """Hip rate that holds ``target`` while the knee straightens, rad/s."""
+    return config.terminal_hip_gain * (target - angle)
+
+
+def swing_target(config: GaitConfig, leg: Float[Array, ""], length: Float[Array, ""], pitch: Float[Array, ""]) -> Float[Array, ""]:
+    """Hip angle whose straight leg would land half of ``length`` ahead of the hip, rad.
+
+    Relative to the torso, plus a share of its pitch.
+    """
+    return jnp.arcsin(jnp.clip(0.5 * length / leg, -0.95, 0.95)) + config.swing_pitch_gain * pitch
+
+
+def leg_inertia(leg_mass: Float[Array, ""], half: Float[Array, ""], knee: Float[Array, ""]) -> Float[Array, ""]:
+    """J_leg about the hip of two rods of ``half`` m and ``leg_mass`` kg, knee bent by ``knee`` (eq. 20)."""
+    lower = (half * jnp.sin(knee)) ** 2 + (half * jnp.cos(knee) - half / 2) ** 2
+    return leg_mass * (half**2 / 12 + lower + half**2 / 3)
+
+
+def toe_off_torque(
+    config: GaitConfig,
+    inertias: Inertias,
+    leg: Float[Array, ""],
+    speed: Float[Array, ""],
+    angle: Float[Array, ""],
+    knee: Float[Array, ""],
+) -> Float[Array, ""]:
+    """Ankle torque latched at touch-down, N m, plantarflexion positive, never negative.
+
+    ``paper``: eqs 14-22. The speed to restore, dv = v_desire - v, is an angular one of
+    da' = dv / (l cos a) for the trailing leg; giving it to the leg within ``toe_off_duration``
+    while the torso stays upright takes tau = tau_c + (J_torso + J_leg) da' / dt.
+    ``linear``: base + gain (v_ref - v): the same line with tuned constants, since the rigid
+    legs of the paper's model leave out what the landing itself absorbs.
+
+    Args:
+      speed: of the torso at touch-down, m/s.
+      angle: of the trailing leg from the vertical, rad.
+      knee: flexion of the trailing leg, rad.
+    """
+    if config.toe_off_form == "paper":
+        rate = (config.speed_desired - speed) / (jnp.cos(angle) * leg)
+        inertia = inertias.torso + leg_inertia(inertias.leg_mass, leg / 2, knee)
+        return jnp.maximum(inertias.damping * rate + inertia * rate / config.toe_off_duration, 0.0)
+    lost = config.toe_off_speed * config.speed_desired - speed
+    return jnp.maximum(config.toe_off_base + config.toe_off_gain * lost, 0.0)
+
+
+def ankle_servo(config: GaitConfig, target: Float[Array, ""], angle: Float[Array, ""], rate: Float[Array, ""]) -> Float[Array, ""]:
+    """Torque that holds a foot in the air, N m, dorsiflexion positive."""
+    return config.ankle_stiffness * (target - angle) - config.ankle_rate_gain * rate
+
+
+def command(config: GaitConfig, body: Skeleton, gait: GaitState, estimate: Estimate) -> Float[Array, "6"]:
+    """All six actuators: hip rate (rad/s), knee angle (rad), ankle torque (N m); left, right."""
+    stance, swing = gait.stance, 1 - gait.stance
+    thigh, shank = thigh_angles(estimate.joints, estimate.pitch), shank_angles(estimate.joints, estimate.pitch)
+    leg = body.leg
+    phase = swing_phase(config, gait)
+    progress = swing_progress(config, gait)
+
+    # The IMU sits on the torso; the hip below it is slower by the torso's turning.
+    hip_speed = estimate.speed - body.torso * estimate.pitch_rate
+    stance_hip = stance_hip_rate(config, leg, hip_speed, thigh[stance], estimate.pitch)
+
+    hip, knee, ankle = estimate.joints[swing]
+    target = swing_target(config, leg, gait.length, estimate.pitch)
+    early_hip = early_swing_hip_rate(config, target, hip, (1.0 - progress) * gait.duration)
+    swing_hip = jnp.where(
+        phase == Phase.EARLY_SWING,
+        early_hip,
+        jnp.where(phase == Phase.TERMINAL_SWING, terminal_swing_hip_rate(config, target, hip), 0.0),
+    )
+    bent = (phase == Phase.EARLY_SWING) & (progress < config.swing_knee_share)
+    swing_knee = jnp.where(bent, config.swing_knee, 0.0)
+    level = -shank[swing]  # the ankle angle that lays the sole flat
+    ankle_target = jnp.where(phase == Phase.EARLY_SWING, config.swing_ankle, level)
+    swing_ankle = jnp.where(
+        phase == Phase.TOE_OFF,
+        -gait.toe_off,
+        ankle_servo(config, ankle_target, ankle, estimate.joint_rates[swing, 2]),
+    )
+    zero = jnp.zeros_like(stance_hip)
+    standing = jnp.stack([stance_hip, zero, zero])  # knee straight, ankle passive
+    swinging = jnp.stack([swing_hip, swing_knee, swing_ankle])
+    return jnp.where(gait.is_stance[:, None], standing, swinging).reshape(6)

@@ -1,0 +1,96 @@
+"""Actor and critic: multilayer perceptrons with ReLU (Lillicrap et al. 2015, sec. 7)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import flax.linen as nn
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, PRNGKeyArray
+
+Params = dict[str, Any]  # nested: {layer: {"kernel": [in, out], "bias": [out], ...}}
+
+_OUTPUT_BOUND = 3e-3  # half-width of the uniform start of output layers (Lillicrap)
+# Uniform within 1 / sqrt(fan-in), Lillicrap's start of hidden layers.
+_hidden_init = nn.initializers.variance_scaling(1.0 / 3.0, "fan_in", "uniform")
+
+
+def _output_init(key: PRNGKeyArray, shape: Sequence[int], dtype: Any = jnp.float32) -> Array:
+    return jax.random.uniform(key, shape, dtype, -_OUTPUT_BOUND, _OUTPUT_BOUND)
+
+
+class Actor(nn.Module):
+    """Deterministic policy: normalised observation [..., O] to action [..., A] in [-1, 1].
+
+    Attributes:
+      hidden: widths of the hidden layers.
+      action_size: A.
+    """
+
+    hidden: tuple[int, ...]
+    action_size: int
+
+    @nn.compact
+    def __call__(self, observation: Float[Array, "*B O"]) -> Float[Array, "*B A"]:
+        x = observation
+        for i, width in enumerate(self.hidden):
+            x = nn.relu(nn.Dense(width, kernel_init=_hidden_init, name=f"hidden_{i}")(x))
+        return jnp.tanh(nn.Dense(self.action_size, kernel_init=_output_init, name="output")(x))
+
+
+class Critic(nn.Module):
+    """Action value: normalised observation [..., O] and action [..., A] to [...].
+
+    The action enters with the observation, as in TD3; Lillicrap feeds it to the second layer.
+
+    Attributes:
+      hidden: widths of the hidden layers.
+      layer_norm: LayerNorm between each hidden layer and its ReLU.
+    """
+
+    hidden: tuple[int, ...]
+    layer_norm: bool
+
+    @nn.compact
+    def __call__(self, observation: Float[Array, "*B O"], action: Float[Array, "*B A"]) -> Float[Array, "*B"]:
+        x = jnp.concatenate([observation, action], axis=-1)
+        for i, width in enumerate(self.hidden):
+            x = nn.Dense(width, kernel_init=_hidden_init, name=f"hidden_{i}")(x)
+            if self.layer_norm:
+                x = nn.LayerNorm(name=f"norm_{i}")(x)
+            x = nn.relu(x)
+        return nn.Dense(1, kernel_init=_output_init, name="output")(x)[..., 0]
+
+
+def critics(hidden: tuple[int, ...], layer_norm: bool, members: int) -> nn.Module:
+    """``members`` independent critics of the same input; values are [members, ...].
+
+    Every parameter has a leading axis of that length, so that DDPG (1) and TD3 (2) share code.
+    """
+    ensemble = nn.vmap(
+        Critic,
+        variable_axes={"params": 0},
+        split_rngs={"params": True},
+        in_axes=None,
+        out_axes=0,
+        axis_size=members,
+    )
+    return ensemble(hidden, layer_norm)
+
+
+def init_actor(
+    hidden: tuple[int, ...], key: PRNGKeyArray, observation_size: int, initial_action: Sequence[float]
+) -> Params:
+    """Parameters of an actor whose output starts close to ``initial_action`` everywhere.
+
+    Raises:
+      ValueError: an initial action that is not strictly between -1 and 1.
+    """
+    if not all(-1.0 < a < 1.0 for a in initial_action):
+        raise ValueError(f"initial action {tuple(initial_action)}: tanh reaches only (-1, 1)")
+    actor = Actor(hidden, len(initial_action))
+    params = actor.init(key, jnp.zeros((observation_size,)))["params"]
+    bias = jnp.arctanh(jnp.asarray(initial_action, jnp.float32))
+    return {**params, "output": {**params["output"], "bias": bias}}

@@ -1,0 +1,225 @@
+"""Measure a policy: does it walk, which pushes does it survive, how soon is it steady again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from jaxwalk import files, subjects
+from jaxwalk.config import to_dict
+from jaxwalk.stepper import Task
+from jaxwalk.subjects import Subject
+from jaxwalk.trials import BINS, Profile, Runner, Scenario, Trial
+
+if TYPE_CHECKING:
+    from jaxwalk.cli.evaluate import EvaluateArgs
+
+BATCH = 256  # trials in one program
+AFTER_PUSH = 8.0  # s watched after the step in which the push comes
+BEFORE_PUSH = 5.0  # s, enough for the step of the push to be reached
+SURVIVED = 0.95
+
+Tell = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Walking:
+    """Undisturbed walking; means over walkers and time.
+
+    Attributes:
+      survival: share of walkers that never fell.
+      speed_mean, speed_std: m/s; the spread is between walkers.
+      step_length_mean, step_duration_mean: m, s.
+      torso_pitch_mean, torso_pitch_amplitude: rad; the amplitude is half of peak to peak in a step.
+    """
+
+    survival: float
+    speed_mean: float
+    speed_std: float
+    step_length_mean: float
+    step_duration_mean: float
+    torso_pitch_mean: float
+    torso_pitch_amplitude: float
+
+
+@dataclass(frozen=True)
+class Pushes:
+    """Pushed walking.
+
+    Attributes:
+      impulses: [I] N s. phases: [P] share of the step at which the push begins.
+      survival: [I][P] share that is still up `AFTER_PUSH` seconds later.
+      recovery_seconds: [I][P] mean time until steady, over those that were steady again; None
+        where none was.
+      steady: [I][P] share that was steady again.
+      impulse_delivered: [I] mean impulse that the walkers really received, N s.
+    """
+
+    impulses: list[float]
+    phases: list[float]
+    survival: list[list[float]]
+    recovery_seconds: list[list[float | None]]
+    steady: list[list[float]]
+    impulse_delivered: list[float]
+
+
+def scenario_batch(subject: Subject, impulses: np.ndarray, phases: np.ndarray, args: EvaluateArgs, seed: int) -> Scenario:
+    """[N] scenarios on the subject's body, one for each (impulse, phase)."""
+    body, count = subject.config.body, len(impulses)
+    ticks = max(1, round(args.push_duration / subject.config.physics.timestep))
+
+    def all_of(value: float, dtype: Any = jnp.float32) -> jax.Array:
+        return jnp.full(count, value, dtype)
+
+    return Scenario(
+        height=all_of(body.height),
+        mass=all_of(body.mass),
+        noise=all_of(subject.config.sensors.noise),
+        impulse=jnp.asarray(impulses, jnp.float32),
+        push_ticks=all_of(ticks, jnp.int32),
+        push_height=all_of(args.push_height),
+        phase=jnp.asarray(phases, jnp.float32),
+        key=jax.random.split(jax.random.key(seed), count),
+    )
+
+
+def threshold(impulses: Sequence[float], survival: Sequence[float]) -> dict[str, float]:
+    """Largest impulse of each direction such that it and all smaller ones are survived by 95 %.
+
+    Args:
+      impulses: the grid, N s, signed. survival: of each, over phases and replicas.
+
+    Returns:
+      forward and backward, N s, as magnitudes; 0 where even the smallest was not survived.
+    """
+    found = {"forward": 0.0, "backward": 0.0}
+    for name, sign in (("forward", 1), ("backward", -1)):
+        for size, share in sorted((sign * i, s) for i, s in zip(impulses, survival, strict=True) if sign * i > 0):
+            if share < SURVIVED:
+                break
+            found[name] = size
+    return found
+
+
+def evaluate(subject: Subject, args: EvaluateArgs, tell: Tell = lambda what, share: None) -> dict[str, Any]:
+    """All of it, as the JSON that ``jaxwalk evaluate`` writes.
+
+    Args:
+      tell: called with what is under way and the share of it that is done.
+    """
+    task = Task.of(subject.config)
+    runner = Runner(task, subject.config.gait, subject.act, BATCH)
+
+    def follow(what: str, scenarios: Scenario, profile: Profile, seconds: float) -> Trial:
+        for share, trials in runner.run(subject.params, profile, scenarios, seconds):
+            tell(what, share)
+        assert trials is not None
+        return trials
+
+    blank = Profile(jnp.zeros(BINS), jnp.float32(0.6))
+    none = np.zeros(args.walkers, np.float32)
+    walked = follow("walking", scenario_batch(subject, none, none, args, args.seed), blank, args.seconds)
+    result: dict[str, Any] = {"walking": asdict(_walking(walked))}
+    if args.impulses:
+        pushed = _push_test(subject, args, _profile(walked), follow)
+        shares = [float(np.mean(row)) for row in pushed.survival]
+        result |= {"pushes": asdict(pushed), "threshold": threshold(pushed.impulses, shares)}
+    return result | {"config": to_dict(subject.config)}
+
+
+def _walking(trials: Trial) -> Walking:
+    tally = trials.tally
+    speeds = tally.distance / np.maximum(tally.seconds, 1e-6)
+    steps, seconds = max(tally.steps.sum(), 1.0), max(tally.seconds.sum(), 1e-6)
+    return Walking(
+        survival=float(np.mean(~trials.state.terminated)),
+        speed_mean=float(tally.distance.sum() / seconds),
+        speed_std=float(np.std(speeds[tally.seconds > 0])) if (tally.seconds > 0).any() else 0.0,
+        step_length_mean=float(tally.step_length.sum() / steps),
+        step_duration_mean=float(tally.step_seconds.sum() / steps),
+        torso_pitch_mean=float(tally.pitch.sum() / seconds),
+        torso_pitch_amplitude=float(tally.pitch_swing.sum() / steps),
+    )
+
+
+def _profile(trials: Trial) -> Profile:
+    """Mean speed over the step, and mean step duration, of walkers that nobody pushed."""
+    tally = trials.tally
+    speed = tally.speed_sum.sum(0) / np.maximum(tally.speed_count.sum(0), 1.0)
+    seconds = tally.step_seconds.sum() / max(tally.steps.sum(), 1.0)
+    return Profile(jnp.asarray(speed, jnp.float32), jnp.float32(seconds if seconds > 0 else 0.6))
+
+
+def _push_test(subject: Subject, args: EvaluateArgs, profile: Profile, follow: Callable[..., Trial]) -> Pushes:
+    impulses = np.array(sorted(args.impulses), np.float32)
+    phases = np.arange(args.phases, dtype=np.float32) / args.phases
+    shape = (len(impulses), len(phases), args.replicas)
+    grid = np.broadcast_to(impulses[:, None, None], shape), np.broadcast_to(phases[None, :, None], shape)
+    scenarios = scenario_batch(subject, grid[0].ravel(), grid[1].ravel(), args, args.seed + 1)
+    trials = follow("pushes", scenarios, profile, BEFORE_PUSH + AFTER_PUSH)
+
+    survived = ~trials.state.terminated.reshape(shape)
+    recovery = trials.tally.recovery.reshape(shape)
+    steady = np.isfinite(recovery) & survived
+
+    def mean_recovery(i: int, p: int) -> float | None:
+        return float(recovery[i, p][steady[i, p]].mean()) if steady[i, p].any() else None
+
+    return Pushes(
+        impulses=[float(x) for x in impulses],
+        phases=[float(x) for x in phases],
+        survival=survived.mean(2).tolist(),
+        recovery_seconds=[[mean_recovery(i, p) for p in range(shape[1])] for i in range(shape[0])],
+        steady=steady.mean(2).tolist(),
+        impulse_delivered=trials.tally.impulse.reshape(shape).mean((1, 2)).tolist(),
+    )
+
+
+def main(args: EvaluateArgs) -> None:
+    """The command."""
+    subject = subjects.load(args.policy, speed=args.speed, height=args.height, mass=args.mass, noise=args.noise)
+    console = Console()
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        bars: dict[str, Any] = {}
+
+        def tell(what: str, share: float) -> None:
+            if what not in bars:
+                bars[what] = progress.add_task(what, total=1.0)
+            progress.update(bars[what], completed=share)
+
+        result = evaluate(subject, args, tell)
+    if args.json is not None:
+        files.write_json(args.json, result)
+    _print(console, args.policy, result)
+
+
+def _print(console: Console, name: str, result: dict[str, Any]) -> None:
+    walking = result["walking"]
+    table = Table(title=f"{name}: undisturbed", show_header=False)
+    for key, value in walking.items():
+        table.add_row(key, f"{value:.3f}")
+    console.print(table)
+    if "pushes" not in result:
+        return
+    pushes = result["pushes"]
+    table = Table("impulse, N s", "survival", "worst phase", "steady again", "mean recovery, s", title="pushed")
+    rows = zip(pushes["impulses"], pushes["survival"], pushes["steady"], pushes["recovery_seconds"], strict=True)
+    for impulse, survival, steady, recovery in rows:
+        known = [x for x in recovery if x is not None]
+        mean = f"{sum(known) / len(known):.2f}" if known else "-"
+        table.add_row(f"{impulse:+g}", f"{np.mean(survival):.3f}", f"{min(survival):.3f}", f"{np.mean(steady):.3f}", mean)
+    console.print(table)
+    found = result["threshold"]
+    reached = {"forward": max(pushes["impulses"], default=0), "backward": -min(pushes["impulses"], default=0)}
+    for direction, size in found.items():
+        more = " or more: the grid ends here" if size > 0 and math.isclose(size, reached[direction]) else ""
+        console.print(f"threshold {direction}: {size:g} N s{more}")

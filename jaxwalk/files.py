@@ -1,0 +1,72 @@
+"""Writing results: JSON that any reader accepts, and never half a file."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from jaxwalk.errors import UserError
+
+
+def to_json(value: Any, indent: int | None = None) -> str:
+    """JSON text. Scalars of NumPy and JAX become numbers, their arrays lists, NaN and infinity null."""
+    return json.dumps(_plain(value), indent=indent, allow_nan=False)
+
+
+def write_json(path: Path, value: Any) -> None:
+    """Replace ``path`` by ``value`` as JSON, all at once: a reader sees the old file or the new.
+
+    Raises:
+      UserError: the folder is missing or closed to us.
+    """
+    try:
+        descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        try:
+            with os.fdopen(descriptor, "w") as file:
+                file.write(to_json(value, indent=2) + "\n")
+            os.chmod(name, 0o666 & ~_umask())  # mkstemp's files are its owner's alone
+            os.replace(name, path)
+        except BaseException:
+            os.unlink(name)
+            raise
+    except OSError as error:
+        raise UserError(
+            f"cannot write {path}: {error.strerror}; name a file in a folder that can be written"
+        ) from error
+
+
+def check_output(option: str, path: Path) -> None:
+    """See, before minutes of work, that a result can be written to ``path``.
+
+    Raises:
+      UserError: naming ``option``, when it cannot.
+    """
+    if path.is_dir():
+        raise UserError(f"{option} {path}: is a folder; name a file")
+    if not path.parent.is_dir():
+        raise UserError(f"{option} {path}: there is no folder {path.parent}; name a file in one that exists")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise UserError(f"{option} {path}: not writable; name a file in a folder that can be written")
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if hasattr(value, "tolist"):
+        return _plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,106 @@
+"""One footstep as one decision: what the policy is told, what it may answer, what it earns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from jaxwalk import sensors, walker
+from jaxwalk.config import RewardConfig
+from jaxwalk.walker import Person, Setup, Walker
+
+ACTIONS = ("length", "duration")
+
+# Boulic et al. 1990: stride frequency and length grow with the square root of speed over
+# hip height; at 1 m/s and 1.8 m the step is 0.633 m.
+_BOULIC = 0.633
+# Scales of the reward's squares.
+_SPEED, _PITCH, _ZMP, _LENGTH = 0.5, 0.2, 0.3, 0.3
+
+_Seen = Callable[[Setup, Walker, Float[Array, ""]], Float[Array, ""]]
+
+
+def _zmp(setup: Setup, state: Walker) -> Float[Array, ""]:
+    bones = walker.skeleton(setup, state.person)
+    return sensors.zmp_distance(bones, state.estimate, state.gait.is_stance) / state.person.ratio.length
+
+
+# Everything is told as the reference body would feel it (dynamic similarity).
+_OBSERVABLES: dict[str, _Seen] = {
+    "speed": lambda setup, w, length: w.estimate.speed / w.person.ratio.speed,
+    "pitch": lambda setup, w, length: w.estimate.pitch,
+    "zmp": lambda setup, w, length: _zmp(setup, w),
+    "step_length": lambda setup, w, length: length / w.person.ratio.length,
+    "pitch_rate": lambda setup, w, length: w.estimate.pitch_rate / w.person.ratio.rate,
+    "acceleration": lambda setup, w, length: w.estimate.acceleration,
+    "speed_desired": lambda setup, w, length: w.person.gait.speed_desired / w.person.ratio.speed,
+    "height": lambda setup, w, length: w.person.ratio.length,
+}
+
+
+def observe(
+    names: tuple[str, ...], setup: Setup, state: Walker, length: Float[Array, ""]
+) -> Float[Array, "O"]:
+    """What the policy is told: sensor values only, scaled to the reference body (m, s, rad).
+
+    Args:
+      names: of the observables, in order.
+      length: of the step that just ended, from the encoders, m.
+    """
+    return jnp.stack([jnp.asarray(_OBSERVABLES[name](setup, state, length), jnp.float32) for name in names])
+
+
+def bounds(who: Person) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
+    """Least and greatest (length m, duration s) of a walker."""
+    low = jnp.stack([jnp.asarray(who.gait.length_min), jnp.asarray(who.gait.duration_min)])
+    high = jnp.stack([jnp.asarray(who.gait.length_max), jnp.asarray(who.gait.duration_max)])
+    return low, high
+
+
+def to_command(who: Person, action: Float[Array, "2"]) -> Float[Array, "2"]:
+    """From an action in [-1, 1] to (length m, duration s)."""
+    low, high = bounds(who)
+    return low + 0.5 * (jnp.clip(action, -1.0, 1.0) + 1.0) * (high - low)
+
+
+def to_action(who: Person, command: Float[Array, "2"]) -> Float[Array, "2"]:
+    """From (length m, duration s) to an action in [-1, 1]."""
+    low, high = bounds(who)
+    return 2.0 * (command - low) / (high - low) - 1.0
+
+
+def nominal_action(who: Person) -> Float[Array, "2"]:
+    """The step before learning: the height-to-stride-length ratio's, as an action."""
+    numbers = who.gait
+    return to_action(who, jnp.stack([jnp.asarray(numbers.length_nominal), jnp.asarray(numbers.duration_nominal)]))
+
+
+def reward(
+    config: RewardConfig,
+    setup: Setup,
+    state: Walker,
+    speed: Float[Array, ""],
+    length: Float[Array, ""],
+    fell: Bool[Array, ""],
+) -> Float[Array, ""]:
+    """What a footstep earns: 1 less weighted squares of the state's own variables.
+
+    Args:
+      state: at the footstep's end.
+      speed: the torso's mean forward speed over the footstep, m/s.
+      length: of the step, m.
+      fell: it ended in a fall.
+    """
+    ratio = state.person.ratio
+    desired = state.person.gait.speed_desired
+    usual = _BOULIC * jnp.sqrt(desired / ratio.speed) * ratio.length
+    cost = (
+        config.speed_weight * ((speed - desired) / _SPEED) ** 2
+        + config.pitch_weight * (state.estimate.pitch / _PITCH) ** 2
+        + config.zmp_weight * (_zmp(setup, state) / _ZMP) ** 2
+        + config.length_weight * ((length - usual) / (_LENGTH * ratio.length)) ** 2
+    )
+    # A fall's own variables are arbitrary (a torso on its way down): it costs a constant.
+    return jnp.where(fell, config.fall, 1.0 - jnp.minimum(cost, 3.0))

@@ -1,0 +1,121 @@
+"""The gait's clock: which leg stands, which phase each leg is in, when a foot has landed."""
+
+from __future__ import annotations
+
+import dataclasses
+from enum import IntEnum
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from flax import struct
+from jaxtyping import Array, Bool, Float, Int
+
+from jaxwalk.config import GaitConfig
+from jaxwalk.kinematics import Skeleton, ankles
+from jaxwalk.sensors import Estimate
+from jaxwalk.similarity import Similarity
+
+# The controllers' numbers may be traced (one set for each walker of a batch): tuning needs that.
+_META = ("toe_off_form",)
+jax.tree_util.register_dataclass(
+    GaitConfig,
+    data_fields=[f.name for f in dataclasses.fields(GaitConfig) if f.name not in _META],
+    meta_fields=list(_META),
+)
+
+# How the reference body's numbers scale; what is not named is a pure number or an angle.
+_DIMENSION = {
+    "length_nominal": "length",
+    "duration_nominal": "time",
+    "length_min": "length",
+    "length_max": "length",
+    "duration_min": "time",
+    "duration_max": "time",
+    "stance_rate_max": "rate",
+    "stance_speed_min": "speed",
+    "swing_rate_max": "rate",
+    "terminal_hip_gain": "rate",
+    "ankle_stiffness": "torque",
+    "ankle_rate_gain": "rotational_damping",
+    "toe_off_duration": "time",
+    "toe_off_base": "torque",
+    "touchdown_ahead": "length",
+    "touchdown_force": "force",
+    "stall_seconds": "time",
+}
+
+
+class Phase(IntEnum):
+    """Of one leg."""
+
+    STANCE = 0
+    TOE_OFF = 1
+    EARLY_SWING = 2
+    TERMINAL_SWING = 3
+
+
+@struct.dataclass
+class GaitState:
+    """Where in its step a walker is.
+
+    Attributes:
+      stance: index of the stance leg, 0 left, 1 right.
+      elapsed: since the last touch-down, s.
+      length, duration: of the step now under way: commanded length (m), early swing (s).
+      toe_off: ankle torque latched at touch-down, N m, plantarflexion positive.
+    """
+
+    stance: Int[Array, ""]
+    elapsed: Float[Array, ""]
+    length: Float[Array, ""]
+    duration: Float[Array, ""]
+    toe_off: Float[Array, ""]
+
+    @property
+    def is_stance(self) -> Bool[Array, "2"]:
+        """[2] true for the stance leg."""
+        return jnp.arange(2) == self.stance
+
+
+def scaled(config: GaitConfig, body: Similarity) -> GaitConfig:
+    """The controllers' numbers for a body, by dynamic similarity."""
+    values: dict[str, Any] = {
+        name: getattr(config, name) * getattr(body, kind) for name, kind in _DIMENSION.items()
+    }
+    # Torque per speed.
+    values["toe_off_gain"] = config.toe_off_gain * body.torque / body.speed
+    return dataclasses.replace(config, **values)
+
+
+def swing_phase(config: GaitConfig, gait: GaitState) -> Int[Array, ""]:
+    """The `Phase` of the leg that is not in stance."""
+    early = gait.elapsed >= config.toe_off_duration
+    terminal = gait.elapsed >= config.toe_off_duration + gait.duration
+    return jnp.int32(Phase.TOE_OFF) + early.astype(jnp.int32) + terminal.astype(jnp.int32)
+
+
+def phases(config: GaitConfig, gait: GaitState) -> Int[Array, "2"]:
+    """[2] `Phase` of each leg."""
+    return jnp.where(gait.is_stance, jnp.int32(Phase.STANCE), swing_phase(config, gait))
+
+
+def swing_progress(config: GaitConfig, gait: GaitState) -> Float[Array, ""]:
+    """Share of early swing that is over: negative in toe-off, above 1 in terminal swing."""
+    return (gait.elapsed - config.toe_off_duration) / gait.duration
+
+
+def step_length(body: Skeleton, gait: GaitState, estimate: Estimate) -> Float[Array, ""]:
+    """How far the swing ankle is ahead of the stance ankle, m."""
+    x, _ = ankles(body, estimate.joints, estimate.pitch)
+    return jnp.sum(jnp.where(gait.is_stance, -x, x))
+
+
+def touched_down(config: GaitConfig, body: Skeleton, gait: GaitState, estimate: Estimate) -> Bool[Array, ""]:
+    """Whether the swing foot has landed ahead: late enough, far enough, with force enough."""
+    force = jnp.sum(jnp.where(gait.is_stance, 0.0, estimate.touch))
+    return (
+        (swing_progress(config, gait) > config.touchdown_share)
+        & (step_length(body, gait, estimate) > config.touchdown_ahead)
+        & (force > config.touchdown_force)
+    )

@@ -1,0 +1,156 @@
+"""The plant: one walker's rigid body in MJX, one tick at a time.
+
+Of ``mjx.Data`` only what a tick hands to the next is carried: position, velocity and
+the solver's warm start. Everything else is rebuilt from a constant template.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import jax
+import jax.numpy as jnp
+import mujoco
+from flax import struct
+from jaxtyping import Array, Float
+from mujoco import mjx
+
+from jaxwalk import body as body_lib
+from jaxwalk import mjcf
+from jaxwalk.config import BodyConfig, PhysicsConfig
+from jaxwalk.similarity import Similarity
+
+# (h exponent, m exponent) of every model leaf that a body changes. Checked against a
+# compiled model in the tests.
+_LEAVES = {
+    "body_pos": (1, 0),
+    "body_ipos": (1, 0),
+    "body_mass": (0, 1),
+    "body_subtreemass": (0, 1),
+    "body_inertia": (2, 1),
+    "geom_pos": (1, 0),
+    "site_pos": (1, 0),
+    "dof_damping": (1.5, 1),
+    "actuator_forcerange": (1, 1),
+}
+
+
+@struct.dataclass
+class Plant:
+    """What one tick hands to the next.
+
+    Attributes:
+      qpos: [9] hip x, hip height (m), torso pitch (rad), then hip, knee, ankle, left and right (rad).
+      qvel: [9] their rates.
+      warmstart: [9] the solver's last acceleration.
+    """
+
+    qpos: Float[Array, "9"]
+    qvel: Float[Array, "9"]
+    warmstart: Float[Array, "9"]
+
+
+@struct.dataclass
+class Readings:
+    """Noise-free instruments of the tick just made.
+
+    Attributes:
+      velocity: [3] of the IMU, world frame, m/s.
+      up: [3] the torso's long axis, world frame.
+      gyro: [3] angular velocity in the torso's frame, rad/s.
+      touch: [2] normal force under the left and right sole, N.
+      joints, joint_rates: [2, 3] hip, knee, ankle of each leg, rad and rad/s.
+    """
+
+    velocity: Float[Array, "3"]
+    up: Float[Array, "3"]
+    gyro: Float[Array, "3"]
+    touch: Float[Array, "2"]
+    joints: Float[Array, "2 3"]
+    joint_rates: Float[Array, "2 3"]
+
+
+def compile_mujoco(body: BodyConfig, physics: PhysicsConfig) -> mujoco.MjModel:
+    """The walker as a C MuJoCo model."""
+    return mjcf.build(body_lib.build(body), physics).compile()
+
+
+@lru_cache(maxsize=16)
+def _reference(body: BodyConfig, physics: PhysicsConfig) -> mjx.Model:
+    with jax.ensure_compile_time_eval():
+        return mjx.put_model(compile_mujoco(body, physics), impl="jax")
+
+
+@lru_cache(maxsize=16)
+def _template(body: BodyConfig, physics: PhysicsConfig) -> mjx.Data:
+    with jax.ensure_compile_time_eval():
+        return mjx.make_data(_reference(body, physics), impl="jax")
+
+
+def model_of(config: BodyConfig, physics: PhysicsConfig, body: Similarity) -> mjx.Model:
+    """The model of a body of the configured table but its own height and mass.
+
+    ``body`` may hold traced scalars, so walkers of one batch may differ without
+    recompiling. Inverse weights and servo gains scale along (see ``similarity``).
+    """
+    model = _reference(config, physics)
+    base = Similarity.of(config.height, config.mass)
+    h, m = body.length / base.length, body.mass / base.mass
+    leaves = {
+        name: getattr(model, name) * jnp.float32(h**p * m**q) for name, (p, q) in _LEAVES.items()
+    }
+    translational, rotational = 1 / m, 1 / (m * h**2)
+    weights = jnp.stack([jnp.float32(translational), jnp.float32(rotational)])
+    dof = jnp.where(jnp.arange(9) < 2, weights[0], weights[1])
+    damping, stiffness = m * h**1.5, m * h
+    knee = jnp.asarray(model.actuator_biastype == int(mujoco.mjtBias.mjBIAS_AFFINE)) & (
+        model.actuator_gainprm[:, 0] == -model.actuator_biasprm[:, 1]
+    )
+    hip = jnp.asarray(model.actuator_biastype == int(mujoco.mjtBias.mjBIAS_AFFINE)) & ~knee
+    gain = jnp.where(hip, damping, jnp.where(knee, stiffness, 1.0))
+    bias = model.actuator_biasprm
+    bias = bias.at[:, 1].multiply(stiffness).at[:, 2].multiply(damping)
+    return model.replace(
+        **leaves,
+        body_invweight0=model.body_invweight0 * weights,
+        dof_invweight0=model.dof_invweight0 * dof,
+        actuator_gainprm=model.actuator_gainprm * gain[:, None],
+        actuator_biasprm=bias,
+    )
+
+
+def step(
+    config: BodyConfig,
+    physics: PhysicsConfig,
+    model: mjx.Model,
+    plant: Plant,
+    command: Float[Array, "6"],
+    push: Float[Array, "2"],
+) -> tuple[Plant, Readings]:
+    """One tick.
+
+    Args:
+      command: [6] hip rate (rad/s), knee angle (rad), ankle torque (N m); left, then right.
+      push: [2] forward force at the torso's centre of mass (N) and pitching moment (N m).
+    """
+    data = _template(config, physics)
+    wrench = jnp.zeros((model.nbody, 6)).at[1, 0].set(push[0]).at[1, 4].set(push[1])
+    data = data.replace(
+        qpos=plant.qpos,
+        qvel=plant.qvel,
+        qacc_warmstart=plant.warmstart,
+        ctrl=command,
+        xfrc_applied=wrench,
+    )
+    data = mjx.step(model, data)
+    # Sensors are those of the tick's start; joints are read after it, like encoders are.
+    sensed = data.sensordata
+    readings = Readings(
+        velocity=sensed[0:3],
+        up=sensed[3:6],
+        gyro=sensed[6:9],
+        touch=sensed[9:11],
+        joints=data.qpos[3:].reshape(2, 3),
+        joint_rates=data.qvel[3:].reshape(2, 3),
+    )
+    return Plant(data.qpos, data.qvel, data.qacc_warmstart), readings

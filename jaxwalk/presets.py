@@ -1,0 +1,41 @@
+"""Named configurations: ``jaxwalk train --preset NAME``."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from jaxwalk.config import BodyConfig, Config, DDPGConfig, TrainConfig
+
+PresetName = Literal["default", "paper", "smoke"]
+
+# Liu et al.'s constants. The paper walks one walker at a time and leaves open how fast the
+# targets follow and how often the learner updates: Lillicrap et al.'s DDPG fills these in.
+# The number of walkers stays ours, for time's sake.
+_PAPER = Config(
+    body=BodyConfig(table="box"),
+    ddpg=DDPGConfig(
+        hidden=(400, 300),
+        actor_lr=1e-8,
+        critic_lr=2e-8,
+        gamma=0.99,
+        tau=0.001,
+        batch_size=32,
+        replay_capacity=70_000,
+        updates_per_footstep=1.0,
+        noise_spread=1.0,
+        layer_norm=False,
+        weight_decay=0.0,
+        max_grad_norm=0.0,
+        normalize_observations=False,
+        twin=False,
+    ),
+    train=TrainConfig(height_spread=0.0, mass_spread=0.0),
+)
+
+# Seconds of work once compiled: does everything that training does, learns nothing.
+_SMOKE = Config(
+    ddpg=DDPGConfig(hidden=(32, 32), batch_size=32, replay_capacity=2_048, warmup=64),
+    train=TrainConfig(walkers=8, footsteps=400, episode_seconds=5.0, evaluations=1),
+)
+
+PRESETS: dict[str, Config] = {"default": Config(), "paper": _PAPER, "smoke": _SMOKE}

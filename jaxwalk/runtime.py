@@ -1,0 +1,98 @@
+"""Settings of JAX for this process, and what it runs on. Commands call ``setup`` first."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import platform
+import sys
+from pathlib import Path
+from typing import Any
+
+from jaxwalk import __version__
+
+_REPORTED = ("jax", "jaxlib", "mujoco", "mujoco-mjx", "brax", "flax", "optax", "numpy")
+
+
+def setup() -> None:
+    """Use all cores, remember compiled programs, keep quiet. To be called before JAX computes.
+
+    What the user has chosen through JAX's own environment variables or ``XLA_FLAGS`` stands.
+
+    Raises:
+      RuntimeError: JAX already computes with another number of CPU devices.
+    """
+    import jax
+
+    settings = {
+        "jax_compilation_cache_dir": str(_cache_folder()),
+        # JAX skips programs that compile within a second; a test suite has hundreds of those.
+        "jax_persistent_cache_min_compile_time_secs": 0.0,
+        "jax_persistent_cache_min_entry_size_bytes": -1,
+    }
+    # XLA runs an MJX program on one core per device: several devices are how all cores are used.
+    if "xla_force_host_platform_device_count" not in os.environ.get("XLA_FLAGS", ""):
+        settings["jax_num_cpu_devices"] = _cores()
+    for name, value in settings.items():
+        if name.upper() not in os.environ:
+            jax.config.update(name, value)
+    _import_mjx_quietly()
+
+
+def hardware() -> dict[str, Any]:
+    """What a measurement was made on: ``{"hardware": {...}, "versions": {...}}``, as JSON values.
+
+    Starts JAX's devices.
+    """
+    from importlib import metadata  # slow enough to be felt in --help
+
+    import jax
+
+    pages, page = os.sysconf("SC_PHYS_PAGES"), os.sysconf("SC_PAGE_SIZE")
+    return {
+        "hardware": {
+            "cpu": _cpu_model(),
+            "cores": _cores(),
+            "memory_gb": round(pages * page / 1e9, 1),
+            "devices": [f"{device.platform}: {device.device_kind}" for device in jax.devices()],
+            "system": platform.platform(),
+        },
+        "versions": {
+            "jaxwalk": __version__,
+            "python": platform.python_version(),
+            **{name: metadata.version(name) for name in _REPORTED},
+        },
+    }
+
+
+def _cores() -> int:
+    """Cores that this process may use; a container's share can be less than the machine's."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _cpu_model() -> str:
+    with contextlib.suppress(OSError):
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
+
+
+def _cache_folder() -> Path:
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "jaxwalk"
+
+
+def _import_mjx_quietly() -> None:
+    """``import mujoco.mjx`` less the two lines that it prints about Warp, which is not used here."""
+    if "mujoco.mjx" in sys.modules:
+        return
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        import mujoco.mjx  # noqa: F401
+    for line in said.getvalue().splitlines():
+        if not line.startswith(("Failed to import warp:", "Failed to import mujoco_warp:")):
+            print(line)

@@ -1,0 +1,172 @@
+"""A walker that takes decisions: its footstep under way, and how that one ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+from flax import struct
+from jaxtyping import Array, Bool, Float, PRNGKeyArray
+from mujoco import mjx
+
+from jaxwalk import footstep, walker
+from jaxwalk.config import Config, GaitConfig, RewardConfig
+from jaxwalk.ddpg.types import Transition
+from jaxwalk.walker import Person, Setup, Walker
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is decided and rewarded; static under jit.
+
+    Attributes:
+      setup: of the walkers.
+      observation: names of the observables.
+      reward: its weights.
+      gamma: discount of a footstep that did not end in a fall.
+      episode_ticks: after these the next touch-down is the last (truncation).
+    """
+
+    setup: Setup
+    observation: tuple[str, ...]
+    reward: RewardConfig
+    gamma: float
+    episode_ticks: int
+
+    @classmethod
+    def of(cls, config: Config) -> Task:
+        ticks = round(config.train.episode_seconds / config.physics.timestep)
+        return cls(Setup.of(config), config.observation, config.reward, config.ddpg.gamma, ticks)
+
+
+@struct.dataclass
+class Footsteps:
+    """How a footstep ended; meaningful where ``closed``.
+
+    Attributes:
+      closed: a decided footstep ended since the slot was last emptied.
+      transition: it, with raw observations; its discount is 0 after a fall.
+      length: m. seconds: s. speed: mean of the torso over it, m/s.
+    """
+
+    closed: Bool[Array, ""]
+    transition: Transition
+    length: Float[Array, ""]
+    seconds: Float[Array, ""]
+    speed: Float[Array, ""]
+
+
+@struct.dataclass
+class Stepper:
+    """A walker and the decision it lives under.
+
+    Attributes:
+      walker: the body and its controllers.
+      asked: a touch-down awaits its decision.
+      decided: the footstep under way has one.
+      observation: [O] latched at the last touch-down.
+      action: [2] the decision, in [-1, 1].
+      speed_sum: of the estimated speed over the ticks of the footstep, m/s.
+      last: the footstep that ended last.
+      terminated: fell, stalled or broke; nothing moves any more.
+      truncated: its time is over; likewise.
+      broken: a number of its state was not finite; what led there is kept out of ``last``.
+    """
+
+    walker: Walker
+    asked: Bool[Array, ""]
+    decided: Bool[Array, ""]
+    observation: Float[Array, "O"]
+    action: Float[Array, "2"]
+    speed_sum: Float[Array, ""]
+    last: Footsteps
+    terminated: Bool[Array, ""]
+    truncated: Bool[Array, ""]
+    broken: Bool[Array, ""]
+
+    @property
+    def done(self) -> Bool[Array, ""]:
+        return self.terminated | self.truncated
+
+
+def select(condition: Bool[Array, ""], new, old):
+    """``new`` where the scalar ``condition`` holds, else ``old``, leaf by leaf; keys included."""
+    return jax.tree.map(lambda a, b: jnp.where(condition, a, b), new, old)
+
+
+def start(
+    task: Task, numbers: GaitConfig, height: Float[Array, ""], mass: Float[Array, ""], noise: Float[Array, ""], key: PRNGKeyArray
+) -> Stepper:
+    """A new walker whose front foot has just landed, so that its first decision is due."""
+    who = walker.person(numbers, height, mass)
+    state = walker.start(task.setup, who, key, noise)
+    length = walker.landed_length(task.setup, state)
+    observation = footstep.observe(task.observation, task.setup, state, length)
+    zero, false = jnp.zeros(()), jnp.bool_(False)
+    action = footstep.nominal_action(who)
+    empty = Transition(
+        observation=observation, action=action, reward=zero, discount=zero, next_observation=observation
+    )
+    return Stepper(
+        walker=state,
+        asked=jnp.bool_(True),
+        decided=false,
+        observation=observation,
+        action=action,
+        speed_sum=zero,
+        last=Footsteps(false, empty, zero, zero, zero),
+        terminated=false,
+        truncated=false,
+        broken=false,
+    )
+
+
+def decide(stepper: Stepper, action: Float[Array, "2"]) -> Stepper:
+    """Answer the touch-down that asked; a stepper that did not ask is left alone."""
+    decided = stepper.replace(
+        walker=walker.decide(stepper.walker, footstep.to_command(stepper.walker.person, action)),
+        action=jnp.clip(action, -1.0, 1.0),
+        asked=jnp.bool_(False),
+        decided=jnp.bool_(True),
+    )
+    return select(stepper.asked, decided, stepper)
+
+
+def tick(task: Task, model: mjx.Model, stepper: Stepper) -> Stepper:
+    """One physics step; at a touch-down or a fall the footstep closes into ``last``.
+
+    A walker that is done stays as it is.
+    """
+    state, event = walker.tick(task.setup, model, stepper.walker)
+    seconds = jnp.maximum(event.step_seconds, task.setup.timestep)
+    speed_sum = stepper.speed_sum + state.estimate.speed
+    speed = speed_sum * task.setup.timestep / seconds
+    observation = footstep.observe(task.observation, task.setup, state, event.step_length)
+    earned = footstep.reward(task.reward, task.setup, state, speed, event.step_length, event.fell)
+    closed = Footsteps(
+        closed=jnp.bool_(True),
+        transition=Transition(
+            observation=stepper.observation,
+            action=stepper.action,
+            reward=earned,
+            discount=jnp.where(event.fell, 0.0, task.gamma),
+            next_observation=observation,
+        ),
+        length=event.step_length,
+        seconds=seconds,
+        speed=speed,
+    )
+    ends = (event.touchdown | event.fell) & stepper.decided & ~event.broken
+    moved = stepper.replace(
+        walker=select(event.broken, stepper.walker, state),
+        asked=stepper.asked | event.touchdown,
+        decided=stepper.decided & ~event.touchdown,
+        observation=jnp.where(event.touchdown, observation, stepper.observation),
+        speed_sum=jnp.where(event.touchdown, 0.0, speed_sum),
+        last=select(ends, closed, stepper.last),
+        terminated=event.fell,
+        truncated=event.touchdown & (state.tick >= task.episode_ticks),
+        broken=event.broken,
+    )
+    return select(stepper.done, stepper, moved)

@@ -1,0 +1,97 @@
+"""Whom a command is about: POLICY on the command line, made into a configuration and a policy."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from jaxwalk import config_io, footstep, policy, resources, run_folder, walker
+from jaxwalk.config import Config
+from jaxwalk.errors import UserError
+
+SHIPPED, FIXED = "shipped", "fixed"
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A policy with the configuration that it acts under.
+
+    Attributes:
+      name: as it was asked for.
+      config: of its training run, with the changes asked for.
+      params: pytree handed to ``act``.
+      act: (params, raw observation [O]) -> action [2] in [-1, 1]; pure.
+    """
+
+    name: str
+    config: Config
+    params: Any
+    act: Callable[[Any, Float[Array, "O"]], Float[Array, "2"]]
+
+
+def load(
+    name: str,
+    *,
+    speed: float | None = None,
+    height: float | None = None,
+    mass: float | None = None,
+    noise: float | None = None,
+) -> Subject:
+    """The subject called ``name``: a run folder, a policy file, ``shipped`` or ``fixed``.
+
+    Args:
+      speed: desired, m/s. height: m. mass: kg. noise: scale of the sensors' noise. None
+        leaves the value of the policy's own configuration.
+
+    Raises:
+      UserError: no such policy, a damaged one, or a value out of range.
+    """
+    if name == FIXED:
+        config = _changed(Config(), speed, height, mass, noise)
+        return Subject(name, config, _nominal(config), lambda action, observation: action)
+    if name == SHIPPED:
+        path = resources.model_path("shipped.safetensors")
+    else:
+        path = Path(name)
+        path = path / run_folder.POLICY if path.is_dir() else path
+    loaded = policy.load(path)
+    try:
+        trained = config_io.from_dict(Config, json.loads(loaded.metadata.config))
+    except UserError as error:
+        raise UserError(f"policy {path}: its configuration does not fit this version ({error})") from None
+    return Subject(name, _changed(trained, speed, height, mass, noise), loaded, policy.act)
+
+
+def fixed_beside(subject: Subject) -> Subject:
+    """The never-adapted step on the same body, physics and controllers."""
+    return Subject(FIXED, subject.config, _nominal(subject.config), lambda action, observation: action)
+
+
+def _nominal(config: Config) -> Float[Array, "2"]:
+    body = config.body
+    return jax.jit(
+        lambda h, m: footstep.nominal_action(walker.person(config.gait, h, m))
+    )(jnp.float32(body.height), jnp.float32(body.mass))
+
+
+def _changed(
+    config: Config, speed: float | None, height: float | None, mass: float | None, noise: float | None
+) -> Config:
+    body = dataclasses.replace(
+        config.body,
+        height=config.body.height if height is None else height,
+        mass=config.body.mass if mass is None else mass,
+    )
+    gait = config.gait if speed is None else dataclasses.replace(config.gait, speed_desired=speed)
+    sensors = config.sensors if noise is None else dataclasses.replace(config.sensors, noise=noise)
+    changed = dataclasses.replace(config, body=body, gait=gait, sensors=sensors)
+    config_io.check(changed)
+    return changed

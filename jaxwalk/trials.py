@@ -1,0 +1,260 @@
+"""Trials: walkers followed one by one, with an optional push at a chosen phase of a step.
+
+One compiled program advances a batch of trials by a segment; walking, push tests and the
+evaluations within training all run through it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from flax import struct
+from jax.sharding import AxisType, Mesh, PartitionSpec
+from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
+
+from jaxwalk import pushes, stepper, walker
+from jaxwalk.config import GaitConfig
+from jaxwalk.stepper import Stepper, Task
+
+BINS = 32  # of the step, for the speed's profile
+SETTLE_SECONDS = 3.0  # statistics begin after this
+PUSH_STEP = 6  # the footstep, counted from the start, in which the push comes
+RECOVERED = 0.1  # m/s off the profile, paper's "steady"
+
+Params = object  # whatever ``act`` wants
+Act = Callable[[Params, Float[Array, "O"]], Float[Array, "2"]]
+
+
+@struct.dataclass
+class Scenario:
+    """What one trial is.
+
+    Attributes:
+      height, mass: of the walker, m, kg.
+      noise: scale of its sensors' noise.
+      impulse: N s, forward positive; 0 for none.
+      push_ticks: how long it lasts.
+      push_height: above the torso's centre, m.
+      phase: of the step at which it begins, 0..1.
+      key: of the start and the noise.
+    """
+
+    height: Float[Array, ""]
+    mass: Float[Array, ""]
+    noise: Float[Array, ""]
+    impulse: Float[Array, ""]
+    push_ticks: Int[Array, ""]
+    push_height: Float[Array, ""]
+    phase: Float[Array, ""]
+    key: PRNGKeyArray
+
+
+@struct.dataclass
+class Profile:
+    """The unpushed walk that recovery is held against.
+
+    Attributes:
+      speed: [BINS] mean speed of the torso's centre over the step, m/s.
+      seconds: mean step duration, s.
+    """
+
+    speed: Float[Array, "BINS"]
+    seconds: Float[Array, ""]
+
+
+@struct.dataclass
+class Tally:
+    """What is counted, per trial; sums run from `SETTLE_SECONDS` on.
+
+    Attributes:
+      seconds: counted. distance: of the hip, m. pitch: its sum over time, rad s.
+      pitch_high, pitch_low: of the footstep under way, rad.
+      pitch_swing: sum over footsteps of half the peak-to-peak, rad.
+      steps, step_length, step_seconds: footsteps counted, and their sums (m, s).
+      speed_sum, speed_count: [BINS] the speed over the step.
+      impulse: delivered so far, N s.
+      steady: how long the speed has been back at its profile since the push, s.
+      recovery: from the push's end to being steady for a whole step, s; inf before that.
+      fall_seconds: life at the fall; inf while up.
+    """
+
+    seconds: Float[Array, ""]
+    distance: Float[Array, ""]
+    pitch: Float[Array, ""]
+    pitch_high: Float[Array, ""]
+    pitch_low: Float[Array, ""]
+    pitch_swing: Float[Array, ""]
+    steps: Float[Array, ""]
+    step_length: Float[Array, ""]
+    step_seconds: Float[Array, ""]
+    speed_sum: Float[Array, "BINS"]
+    speed_count: Float[Array, "BINS"]
+    impulse: Float[Array, ""]
+    steady: Float[Array, ""]
+    recovery: Float[Array, ""]
+    fall_seconds: Float[Array, ""]
+
+
+@struct.dataclass
+class Trial:
+    """A walker on trial.
+
+    Attributes:
+      scenario: what it is put through.
+      state: the walker and its decisions.
+      touchdowns: so far.
+      tally: what was counted.
+      earned, weight: discounted return since the first decision, and the discount reached.
+      first: the observation of the first decision, [O], and ``first_action`` [2] its answer.
+    """
+
+    scenario: Scenario
+    state: Stepper
+    touchdowns: Int[Array, ""]
+    tally: Tally
+    earned: Float[Array, ""]
+    weight: Float[Array, ""]
+    first: Float[Array, "O"]
+
+
+def begin(task: Task, numbers: GaitConfig, scenario: Scenario) -> Trial:
+    """A trial at its start; the push waits for its step."""
+    state = stepper.start(task, numbers, scenario.height, scenario.mass, scenario.noise, scenario.key)
+    push = pushes.none().replace(
+        ticks=scenario.push_ticks,
+        force=scenario.impulse / (scenario.push_ticks * task.setup.timestep),
+        height=scenario.push_height,
+    )
+    state = state.replace(walker=state.walker.replace(push=push))
+    zero, bins = jnp.zeros(()), jnp.zeros(BINS)
+    tally = Tally(
+        seconds=zero, distance=zero, pitch=zero, pitch_high=jnp.float32(-jnp.inf), pitch_low=jnp.float32(jnp.inf),
+        pitch_swing=zero, steps=zero, step_length=zero, step_seconds=zero, speed_sum=bins, speed_count=bins,
+        impulse=zero, steady=zero, recovery=jnp.float32(jnp.inf), fall_seconds=jnp.float32(jnp.inf),
+    )
+    return Trial(scenario, state, jnp.int32(0), tally, zero, jnp.ones(()), state.observation)
+
+
+def _tick(task: Task, profile: Profile, model, trial: Trial) -> Trial:
+    before, dt = trial.state, task.setup.timestep
+    after = stepper.tick(task, model, before)
+    landed = after.asked & ~before.asked
+    touchdowns = trial.touchdowns + landed.astype(jnp.int32)
+    body = after.walker
+    delay = (trial.scenario.phase * profile.seconds / dt).astype(jnp.int32)
+    due = landed & (touchdowns == PUSH_STEP) & (trial.scenario.impulse != 0)
+    push = body.push.replace(start=jnp.where(due, body.tick + delay, body.push.start))
+    after = after.replace(walker=body.replace(push=push))
+    tally = _count(task, profile, trial.tally, before, after, landed)
+    ended = after.last.closed & (landed | after.terminated)
+    earned = trial.earned + jnp.where(ended, trial.weight * after.last.transition.reward, 0.0)
+    weight = trial.weight * jnp.where(ended, after.last.transition.discount, 1.0)
+    moved = trial.replace(state=after, touchdowns=touchdowns, tally=tally, earned=earned, weight=weight)
+    return stepper.select(before.done, trial, moved)
+
+
+def _count(task: Task, profile: Profile, tally: Tally, before: Stepper, after: Stepper, landed: Bool[Array, ""]) -> Tally:
+    dt, body = task.setup.timestep, after.walker
+    seconds = body.tick * dt
+    counts = (seconds > SETTLE_SECONDS).astype(jnp.float32)
+    pitch, speed = body.plant.qpos[2], body.sensors.last_velocity
+    place = jnp.clip(body.gait.elapsed / profile.seconds * BINS, 0, BINS - 1).astype(jnp.int32)
+    here = jnp.arange(BINS) == place
+
+    high, low = jnp.maximum(tally.pitch_high, pitch), jnp.minimum(tally.pitch_low, pitch)
+    whole = landed & (counts > 0)
+    push, tick = before.walker.push, before.walker.tick
+    pushed = tick >= push.start + push.ticks
+    off = jnp.abs(speed - jnp.sum(jnp.where(here, profile.speed, 0.0)))
+    steady = jnp.where(pushed & (off <= RECOVERED), tally.steady + dt, 0.0)
+    since = (tick - push.start - push.ticks) * dt
+    recovered = (steady >= profile.seconds) & jnp.isinf(tally.recovery)
+    return Tally(
+        seconds=tally.seconds + counts * dt,
+        distance=tally.distance + counts * (body.plant.qpos[0] - before.walker.plant.qpos[0]),
+        pitch=tally.pitch + counts * pitch * dt,
+        pitch_high=jnp.where(landed, pitch, high),
+        pitch_low=jnp.where(landed, pitch, low),
+        pitch_swing=tally.pitch_swing + jnp.where(whole, 0.5 * (high - low), 0.0),
+        steps=tally.steps + whole,
+        step_length=tally.step_length + jnp.where(whole, after.last.length, 0.0),
+        step_seconds=tally.step_seconds + jnp.where(whole, after.last.seconds, 0.0),
+        speed_sum=tally.speed_sum + counts * jnp.where(here, speed, 0.0),
+        speed_count=tally.speed_count + counts * here,
+        impulse=tally.impulse + jnp.where(pushes.active(push, tick), push.force * dt, 0.0),
+        steady=steady,
+        recovery=jnp.where(recovered, jnp.maximum(since - steady, 0.0), tally.recovery),
+        fall_seconds=jnp.where(after.terminated, jnp.minimum(tally.fall_seconds, seconds), tally.fall_seconds),
+    )
+
+
+def advance(task: Task, act: Act, windows: int, params: Params, profile: Profile, trial: Trial) -> Trial:
+    """One trial, ``windows`` decision windows further; the policy is asked at each one's start."""
+    model = walker.model(task.setup, trial.state.walker.person)
+
+    def window(_, trial: Trial) -> Trial:
+        answered = stepper.decide(trial.state, act(params, trial.state.observation))
+        trial = trial.replace(state=answered)
+        return jax.lax.fori_loop(0, task.setup.window_ticks, lambda _, t: _tick(task, profile, model, t), trial)
+
+    return jax.lax.fori_loop(0, windows, window, trial)
+
+
+def devices_mesh() -> Mesh:
+    """All devices, along the axis ``walkers``."""
+    return jax.make_mesh((jax.device_count(),), ("walkers",), axis_types=(AxisType.Auto,))
+
+
+class Runner:
+    """Runs scenarios in batches of one size, so that one program serves them all.
+
+    Args:
+      task: what is decided.
+      numbers: the controllers'.
+      act: the policy on one observation; ``run``'s ``params`` are passed to it.
+      batch: trials advanced together; rounded up to a multiple of the devices.
+    """
+
+    def __init__(self, task: Task, numbers: GaitConfig, act: Act, batch: int) -> None:
+        devices = jax.device_count()
+        self.task = task
+        self.batch = -(-batch // devices) * devices
+        self._windows = max(1, round(1.0 / (task.setup.timestep * task.setup.window_ticks)))
+        rows, same = PartitionSpec("walkers"), PartitionSpec()
+
+        def sharded(function, *specs):
+            mapped = jax.shard_map(function, mesh=devices_mesh(), in_specs=specs, out_specs=rows, check_vma=False)
+            return jax.jit(mapped, donate_argnums=len(specs) - 1)
+
+        self._begin = sharded(jax.vmap(partial(begin, task, numbers)), rows)
+        each = partial(advance, task, act, self._windows)
+        self._advance = sharded(lambda p, f, t: jax.vmap(lambda one: each(p, f, one))(t), same, same, rows)
+
+    def run(
+        self, params: Params, profile: Profile, scenarios: Scenario, seconds: float
+    ) -> Iterator[tuple[float, Trial | None]]:
+        """Advance [N] scenarios; yields (share done, None), and at last (1, trials [N] on the host)."""
+        count = scenarios.impulse.shape[0]
+        parts = -(-count // self.batch)
+        segments = max(1, int(np.ceil(seconds / (self._windows * self.task.setup.window_ticks * self.task.setup.timestep) - 1e-9)))
+        done = []
+        for part in range(parts):
+            # The last part is filled up with trials that nobody reads.
+            index = np.arange(part * self.batch, (part + 1) * self.batch) % count
+            trials = self._begin(jax.tree.map(lambda x: x[index], scenarios))
+            for segment in range(segments):
+                trials = self._advance(params, profile, trials)
+                jax.block_until_ready(trials.tally.seconds)
+                yield (part * segments + segment + 1) / (parts * segments + 1), None
+            done.append(jax.device_get(trials.replace(scenario=trials.scenario.replace(key=None), state=_without_keys(trials.state))))
+        joined = jax.tree.map(lambda *x: np.concatenate(x)[:count], *done)
+        yield 1.0, joined
+
+
+def _without_keys(state: Stepper) -> Stepper:
+    """Random keys cannot leave the device as plain arrays, and nobody reads them there."""
+    return state.replace(walker=state.walker.replace(key=None))

@@ -1,0 +1,233 @@
+"""One walker, one tick: sensors, controllers, physics and the gait's clock closed into a loop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+from flax import struct
+from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
+from mujoco import mjx
+
+from jaxwalk import body as body_lib
+from jaxwalk import controllers, gait, kinematics, physics, pushes, sensors
+from jaxwalk.config import BodyConfig, Config, GaitConfig, PhysicsConfig, SensorConfig
+from jaxwalk.gait import GaitState
+from jaxwalk.similarity import Similarity
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What all walkers of a program share; hashable, so it is static under jit."""
+
+    body: BodyConfig
+    physics: PhysicsConfig
+    sensors: SensorConfig
+    window_ticks: int
+
+    @classmethod
+    def of(cls, config: Config) -> Setup:
+        return cls(config.body, config.physics, config.sensors, config.train.window_ticks)
+
+    @property
+    def timestep(self) -> float:
+        return self.physics.timestep
+
+
+@struct.dataclass
+class Person:
+    """What one walker is: constant for its life.
+
+    Attributes:
+      ratio: its body's size and mass against the reference body.
+      gait: the controllers' numbers, scaled to it.
+    """
+
+    ratio: Similarity
+    gait: GaitConfig
+
+
+@struct.dataclass
+class Walker:
+    """What one walker does now.
+
+    Attributes:
+      person: constant for its life.
+      plant: rigid-body state.
+      sensors: instruments' memory.
+      estimate: what the sensors told after the last tick.
+      gait: where in its step it is.
+      push: the push it meets.
+      key: of its noise.
+      tick: ticks lived.
+    """
+
+    person: Person
+    plant: physics.Plant
+    sensors: sensors.SensorState
+    estimate: sensors.Estimate
+    gait: GaitState
+    push: pushes.Push
+    key: PRNGKeyArray
+    tick: Int[Array, ""]
+
+
+@struct.dataclass
+class Event:
+    """What a tick brought.
+
+    Attributes:
+      touchdown: the swing foot landed ahead; ``walker.gait`` is already that of the new step.
+      fell: hip too low, torso too far over, or the step stalled.
+      broken: a number of the state is not finite (counts as a fall).
+      step_length: of the step that ended, from the sensors, m.
+      step_seconds: how long it lasted, s.
+    """
+
+    touchdown: Bool[Array, ""]
+    fell: Bool[Array, ""]
+    broken: Bool[Array, ""]
+    step_length: Float[Array, ""]
+    step_seconds: Float[Array, ""]
+
+
+def person(config: GaitConfig, height: Float[Array, ""], mass: Float[Array, ""]) -> Person:
+    """A walker of ``height`` m and ``mass`` kg."""
+    ratio = Similarity.of(height, mass)
+    return Person(ratio, gait.scaled(config, ratio))
+
+
+def _reference_body(setup: Setup) -> body_lib.Body:
+    return body_lib.build(BodyConfig(table=setup.body.table))
+
+
+def skeleton(setup: Setup, who: Person) -> kinematics.Skeleton:
+    """Its lengths, m."""
+    return kinematics.skeleton(_reference_body(setup), who.ratio.length)
+
+
+def inertias(setup: Setup, who: Person) -> controllers.Inertias:
+    """Its inertias for the toe-off equations; the torso is the paper's box, m h^2 / 3."""
+    reference = _reference_body(setup)
+    return controllers.Inertias(
+        torso=reference.torso.mass * reference.torso.length**2 / 3 * who.ratio.inertia,
+        leg_mass=(reference.thigh.mass + reference.shank.mass + reference.foot.mass) / 2 * who.ratio.mass,
+        damping=setup.physics.ankle_damping * who.ratio.rotational_damping,
+    )
+
+
+def model(setup: Setup, who: Person) -> mjx.Model:
+    """Its MJX model."""
+    return physics.model_of(setup.body, setup.physics, who.ratio)
+
+
+def start(
+    setup: Setup, who: Person, key: PRNGKeyArray, noise: Float[Array, ""], spread: float = 1.0
+) -> Walker:
+    """A walker whose front foot has just landed.
+
+    Thighs at +-asin(0.25 L / L), soles level, about 1.1 m/s on the reference body, the
+    torso not turning; ``spread`` scales the random differences between starts.
+    """
+    bones = skeleton(setup, who)
+    key, pose_key, side_key, sensor_key = jax.random.split(key, 4)
+    jitter = spread * jax.random.uniform(pose_key, (3,), minval=-1.0, maxval=1.0)
+    half = jnp.arcsin(0.26 * (1 + 0.1 * jitter[0]))
+    speed = 1.1 * (1 + 0.1 * jitter[1]) * who.ratio.speed
+    pitch = 0.05 + 0.05 * jitter[2]
+    stance = jax.random.bernoulli(side_key).astype(jnp.int32)
+
+    thigh = jnp.where(jnp.arange(2) == stance, half, -half)
+    joints = jnp.stack([thigh + pitch, jnp.zeros(2), -thigh], axis=1)  # soles level
+    straight = bones.thigh + bones.shank
+    height = straight * jnp.cos(half) + bones.foot
+    # Both legs turn about their ankles with the hip, the soles stay flat.
+    turning = -speed / (straight * jnp.cos(half)) * jnp.ones(2)
+    rates = jnp.stack([turning, jnp.zeros(2), -turning], axis=1)
+    plant = physics.Plant(
+        qpos=jnp.concatenate([jnp.stack([jnp.zeros(()), height, pitch]), joints.reshape(6)]),
+        qvel=jnp.concatenate([jnp.stack([speed, jnp.zeros(()), jnp.zeros(())]), rates.reshape(6)]),
+        warmstart=jnp.zeros(9),
+    )
+    state = sensors.start(setup.sensors, sensor_key, noise, speed)
+    zero = jnp.zeros(())
+    estimate = sensors.Estimate(
+        speed=speed, acceleration=zero, pitch=pitch, pitch_rate=zero, joints=joints, joint_rates=rates, touch=jnp.zeros(2)
+    )
+    numbers = who.gait
+    clock = GaitState(
+        stance=stance,
+        elapsed=zero,
+        length=numbers.length_nominal * jnp.ones(()),
+        duration=numbers.duration_nominal * jnp.ones(()),
+        toe_off=_toe_off(setup, who, bones, estimate, 1 - stance),
+    )
+    return Walker(who, plant, state, estimate, clock, pushes.none(), key, jnp.int32(0))
+
+
+def _toe_off(
+    setup: Setup, who: Person, bones: kinematics.Skeleton, estimate: sensors.Estimate, trailing: Int[Array, ""]
+) -> Float[Array, ""]:
+    angle = kinematics.thigh_angles(estimate.joints, estimate.pitch)[trailing]
+    knee = estimate.joints[trailing, 1]
+    return controllers.toe_off_torque(who.gait, inertias(setup, who), bones.leg, estimate.speed, angle, knee)
+
+
+def landed_length(setup: Setup, walker: Walker) -> Float[Array, ""]:
+    """How far the foot that landed last is ahead of the other, from the encoders, m."""
+    return -gait.step_length(skeleton(setup, walker.person), walker.gait, walker.estimate)
+
+
+def decide(walker: Walker, action: Float[Array, "2"]) -> Walker:
+    """Give the step under way its (length m, duration s), asked for at its touch-down."""
+    return walker.replace(gait=walker.gait.replace(length=action[0], duration=action[1]))
+
+
+def has_fallen(setup: Setup, walker: Walker) -> Bool[Array, ""]:
+    """Hip below ``fall_height`` of standing, torso beyond ``fall_pitch``, or a stalled step."""
+    numbers = walker.person.gait
+    _, height, pitch = walker.plant.qpos[:3]
+    low = height < numbers.fall_height * skeleton(setup, walker.person).leg
+    return low | (jnp.abs(pitch) > numbers.fall_pitch) | (walker.gait.elapsed > numbers.stall_seconds)
+
+
+def tick(setup: Setup, model: mjx.Model, walker: Walker) -> tuple[Walker, Event]:
+    """One physics step of the closed loop.
+
+    At a touch-down the gait's clock restarts and the toe-off torque is latched; the step's
+    length and duration stay the last ones until `decide`, which early swing awaits.
+    """
+    who, numbers = walker.person, walker.person.gait
+    bones = skeleton(setup, who)
+    command = controllers.command(numbers, bones, walker.gait, walker.estimate)
+    push = pushes.wrench(walker.push, walker.tick, walker.plant.qpos[2])
+    plant, readings = physics.step(setup.body, setup.physics, model, walker.plant, command, push)
+    noise_key = jax.random.fold_in(walker.key, walker.tick)
+    state, estimate = sensors.measure(setup.sensors, setup.timestep, walker.sensors, readings, noise_key)
+
+    clock = walker.gait.replace(elapsed=walker.gait.elapsed + setup.timestep)
+    landed = gait.touched_down(numbers, bones, clock, estimate)
+    # In swapped order the leg that was in stance trails and pushes off.
+    restarted = clock.replace(
+        stance=1 - clock.stance,
+        elapsed=jnp.zeros(()),
+        toe_off=_toe_off(setup, who, bones, estimate, clock.stance),
+    )
+    event_length = gait.step_length(bones, clock, estimate)
+    after = walker.replace(
+        plant=plant,
+        sensors=state,
+        estimate=estimate,
+        gait=jax.tree.map(lambda new, old: jnp.where(landed, new, old), restarted, clock),
+        tick=walker.tick + 1,
+    )
+    finite = jnp.all(jnp.isfinite(plant.qpos)) & jnp.all(jnp.isfinite(plant.qvel))
+    fell = has_fallen(setup, after) | ~finite
+    return after, Event(
+        touchdown=landed & ~fell,
+        fell=fell,
+        broken=~finite,
+        step_length=event_length,
+        step_seconds=clock.elapsed,
+    )

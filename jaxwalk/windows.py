@@ -1,0 +1,113 @@
+"""Windowed collection: many steppers advance together, a fixed number of ticks at a time.
+
+Walkers touch down at different ticks; waiting for the slowest would waste the others.
+So ticks run in windows, and the policy is asked once for all at each window's start; a
+touch-down inside a window is answered at its end, before early swing needs the answer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+from flax import struct
+from jaxtyping import Array, Bool, Float, PRNGKeyArray
+
+from jaxwalk import pushes, stepper, walker
+from jaxwalk.config import Config
+from jaxwalk.errors import UserError
+from jaxwalk.stepper import Footsteps, Stepper, Task
+
+Act = Callable[[Float[Array, "B O"], PRNGKeyArray], Float[Array, "B 2"]]
+
+
+@struct.dataclass
+class Window:
+    """What one window brought, for each of B walkers.
+
+    Attributes:
+      footsteps: [B] those that closed.
+      fell, truncated, broken: [B] episodes that ended, and how.
+    """
+
+    footsteps: Footsteps
+    fell: Bool[Array, "B"]
+    truncated: Bool[Array, "B"]
+    broken: Bool[Array, "B"]
+
+
+def check(config: Config) -> None:
+    """Refuse a window that could miss a touch-down or answer one too late.
+
+    Raises:
+      UserError: the window is longer than the shortest walker's toe-off.
+    """
+    shortest = min(1.0, config.body.height * (1 - config.train.height_spread) / 1.8)
+    toe_off = config.gait.toe_off_duration * shortest**0.5
+    seconds = config.train.window_ticks * config.physics.timestep
+    if seconds > toe_off:
+        raise UserError(
+            f"train.window_ticks {config.train.window_ticks} last {seconds:.3f} s, longer than the shortest toe-off, "
+            f"{toe_off:.3f} s: give at most {int(toe_off / config.physics.timestep)}"
+        )
+
+
+def spawn(config: Config, task: Task, key: PRNGKeyArray) -> Stepper:
+    """A new walker as training meets them: its own stature, mass and first push."""
+    height_key, mass_key, start_key, push_key = jax.random.split(key, 4)
+    stature = 1 + config.train.height_spread * jax.random.uniform(height_key, (), minval=-1.0)
+    build = 1 + config.train.mass_spread * jax.random.uniform(mass_key, (), minval=-1.0)
+    height = config.body.height * stature
+    mass = config.body.mass * stature**3 * build  # people of one shape weigh with the cube
+    fresh = stepper.start(task, config.gait, height, mass, jnp.float32(config.sensors.noise), start_key)
+    return fresh.replace(walker=fresh.walker.replace(push=draw_push(config, fresh, push_key)))
+
+
+def draw_push(config: Config, state: Stepper, key: PRNGKeyArray) -> pushes.Push:
+    """The next push of a walker: exponential waiting time, uniform impulse, random height."""
+    wait_key, impulse_key, height_key = jax.random.split(key, 3)
+    settings = config.pushes
+    wait = jax.random.exponential(wait_key) / max(settings.rate, 1e-6)
+    ratio = state.walker.person.ratio
+    impulse = settings.impulse_max * jax.random.uniform(impulse_key, (), minval=-1.0) * ratio.impulse
+    height = settings.height_spread * jax.random.uniform(height_key, (), minval=-1.0) * ratio.length
+    ticks = jnp.minimum(wait / config.physics.timestep, 1e8).astype(jnp.int32)
+    begin = state.walker.tick + ticks
+    return pushes.of_impulse(impulse, begin, settings.duration, config.physics.timestep, height)
+
+
+def renew(config: Config, task: Task, state: Stepper, key: PRNGKeyArray) -> Stepper:
+    """Between windows: whoever is done starts anew, whoever's push is over gets the next."""
+    spawn_key, push_key = jax.random.split(key)
+    push = state.walker.push
+    over = state.walker.tick >= push.start + push.ticks
+    push = stepper.select(over, draw_push(config, state, push_key), push)
+    pushed = state.replace(walker=state.walker.replace(push=push))
+    return stepper.select(state.done, spawn(config, task, spawn_key), pushed)
+
+
+def run_ticks(task: Task, state: Stepper, ticks: int) -> Stepper:
+    """One walker, ``ticks`` physics steps; its last closed footstep is in ``last``."""
+    model = walker.model(task.setup, state.walker.person)
+    state = state.replace(last=state.last.replace(closed=jnp.bool_(False)))
+    return jax.lax.fori_loop(0, ticks, lambda _, s: stepper.tick(task, model, s), state)
+
+
+def window(
+    config: Config, task: Task, states: Stepper, act: Act, key: PRNGKeyArray
+) -> tuple[Stepper, Window]:
+    """All B walkers: decide, run the window's ticks, renew those that are done.
+
+    Args:
+      states: Stepper with leading axis B.
+      act: from [B, O] observations and a key to [B, 2] actions in [-1, 1].
+    """
+    act_key, renew_key = jax.random.split(key)
+    actions = act(states.observation, act_key)
+    states = jax.vmap(stepper.decide)(states, actions)
+    states = jax.vmap(lambda s: run_ticks(task, s, config.train.window_ticks))(states)
+    brought = Window(states.last, states.terminated, states.truncated, states.broken)
+    keys = jax.random.split(renew_key, states.asked.shape[0])
+    states = jax.vmap(lambda s, k: renew(config, task, s, k))(states, keys)
+    return states, brought

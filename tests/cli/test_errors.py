@@ -1,0 +1,122 @@
+"""Bad command lines: one line, exit code 2, and nothing done."""
+
+import os
+import pty
+import subprocess
+import sys
+
+import pytest
+
+BAD = [
+    ([], ["no command", "train"]),
+    (["trian"], ["unknown command 'trian'", "did you mean train?"]),
+    (["train", "--ddpg.gama", "0.9"], ["--ddpg.gama", "perhaps you meant --ddpg.gamma"]),
+    (["train", "--ddpg.gamma", "much"], ["--ddpg.gamma", "'much'", "FLOAT"]),
+    (["train", "--ddpg.gamma"], ["--ddpg.gamma", "Missing value"]),
+    (["train", "--ddpg.gamma", "1"], ["--ddpg.gamma 1", "a number from 0 up to, not including, 1"]),
+    (["train", "--ddpg.actor-lr", "nan"], ["--ddpg.actor-lr", "finite"]),
+    (["train", "--ddpg.hidden", "64", "0"], ["--ddpg.hidden 64 0", "above 0"]),
+    (
+        ["train", "--ddpg.batch-size", "512", "--ddpg.replay-capacity", "100"],
+        ["--ddpg.batch-size 512", "100"],
+    ),
+    (["train", "--train.walkers", "0"], ["--train.walkers 0", "above 0"]),
+    (["train", "--observation", "mood"], ["'mood'", "--observation", "'pitch'"]),
+    (["train", "--observation", "speed", "speed"], ["--observation", "each once"]),
+    (["train", "--preset", "best"], ["'best'", "--preset", "'paper'"]),
+    (["train", "--body.mass", "-5"], ["mass -5", "between 5 and 500 kg"]),
+    (["train", "--seed", "-1"], ["--seed -1", "0 or more"]),
+    (["train", "surplus"], ["surplus"]),
+    (["evaluate"], ["POLICY", "run folder", "'shipped'"]),
+    (["evaluate", "missing/policy"], ["'missing/policy'", "run folder", "shipped"]),
+    (["evaluate", "fixed", "--impulses", "strong"], ["--impulses", "'strong'", "30,-40"]),
+    (["evaluate", "fixed", "--impulses", "-40,,30"], ["--impulses", "'-40,,30'", "30,-40"]),
+    (["evaluate", "fixed", "--impulses", "inf"], ["--impulses", "'inf'", "30,-40"]),
+    (["evaluate", "fixed", "--mass", "-3"], ["mass -3", "between 5 and 500 kg"]),
+    (["evaluate", "fixed", "--mass", "0"], ["mass 0", "between 5 and 500 kg"]),
+    (["evaluate", "fixed", "--walkers", "2.5"], ["--walkers", "'2.5'", "INT"]),
+    (["evaluate", "fixed", "--noise", "-1"], ["--noise -1", "0 to 100"]),
+    (["evaluate", "fixed", "--push-duration", "0"], ["--push-duration 0", "above 0"]),
+    (["evaluate", "fixed", "--json", "no/such/folder/e.json"], ["--json", "no folder no/such/folder"]),
+    (["render", "fixed"], ["--out"]),
+    (["render", "fixed", "--out", "walk.avi"], ["--out walk.avi", ".mp4, .gif, .png"]),
+    (["render", "fixed", "--out", "walk.gif", "--push-time", "99"], ["--push-time 99", "--seconds"]),
+    (["bench", "--seconds", "0"], ["--seconds 0", "above 0"]),
+]
+
+
+@pytest.mark.parametrize(("argv", "says"), BAD, ids=lambda x: " ".join(x) if isinstance(x, list) else None)
+def test_bad_input_is_one_line_that_says_what_would_be_right(jaxwalk_cli, called, argv, says):
+    code, out, error = jaxwalk_cli(*argv)
+    assert (code, out, called) == (2, "", [])
+    assert error.startswith("jaxwalk: error: ")
+    assert error.endswith("\n") and error.count("\n") == 1
+    assert not set(error) & set("│╭─╰")
+    for part in says:
+        assert part in error
+
+
+@pytest.mark.parametrize("held", ["config.json", "policy.safetensors", "metrics.jsonl"])
+def test_a_run_folder_with_a_run_in_it_is_left_alone(jaxwalk_cli, called, tmp_path, held):
+    (tmp_path / held).write_text("precious")
+    code, _, error = jaxwalk_cli("train", "--run-dir", tmp_path)
+    assert (code, called) == (2, [])
+    assert str(tmp_path) in error and held in error and "--run-dir" in error
+    assert [path.name for path in tmp_path.iterdir()] == [held]
+    assert (tmp_path / held).read_text() == "precious"
+
+
+def test_a_run_folder_that_cannot_be_made(jaxwalk_cli, called, tmp_path):
+    (tmp_path / "file").touch()
+    code, _, error = jaxwalk_cli("train", "--run-dir", tmp_path / "file" / "run")
+    assert (code, called, error.count("\n")) == (2, [], 1)
+    assert f"{tmp_path / 'file'} is not a folder" in error and "--run-dir" in error
+
+
+def test_results_are_not_written_over_a_folder(jaxwalk_cli, called, tmp_path):
+    code, _, error = jaxwalk_cli("evaluate", "fixed", "--json", tmp_path)
+    assert (code, called) == (2, [])
+    assert "--json" in error and "name a file" in error
+
+
+def test_ctrl_c_is_one_line_and_130(jaxwalk_cli, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(sys.modules["jaxwalk.bench"], "main", interrupted)
+    assert jaxwalk_cli("bench") == (130, "", "jaxwalk: interrupted\n")
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+@pytest.mark.parametrize(
+    "locale", [{"PYTHONUTF8": "1"}, {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}]
+)
+def test_the_program_itself_exits_with_2_and_no_traceback(terminal, locale):
+    """On a terminal or none, in any locale: the parser underneath draws differently in each."""
+    ours, theirs = pty.openpty()
+    done = subprocess.run(
+        [sys.executable, "-m", "jaxwalk", "train", "--ddpg.gama", "1"],
+        stdout=theirs if terminal else subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=os.environ | {"TERM": "xterm-256color"} | locale,
+        check=False,
+    )
+    os.close(ours)
+    os.close(theirs)
+    said = "Unrecognized options: --ddpg.gama, 1; perhaps you meant --ddpg.gamma; see jaxwalk train --help"
+    assert (done.returncode, done.stderr.decode()) == (2, f"jaxwalk: error: {said}\n")
+
+
+@pytest.mark.parametrize(
+    "argv", [["--help"], *([name, "--help"] for name in ("train", "evaluate", "render", "bench"))]
+)
+def test_help_imports_nothing_heavy(argv):
+    """What makes --help answer at once, without the noise of a timing."""
+    program = (
+        "import sys; from jaxwalk.cli import main; code = main(sys.argv[1:]);"
+        "heavy = {'jax', 'numpy', 'mujoco', 'brax', 'flax', 'matplotlib', 'tensorboardX'} & set(sys.modules);"
+        "sys.exit(f'imported {heavy}' if heavy else code)"
+    )
+    done = subprocess.run([sys.executable, "-c", program, *argv], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("usage: jaxwalk")

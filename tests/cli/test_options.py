@@ -1,0 +1,101 @@
+"""Good command lines: what reaches the programs behind them."""
+
+import dataclasses
+from pathlib import Path
+
+import pytest
+
+from jaxwalk.config import Config
+from jaxwalk.presets import PRESETS
+
+
+def test_train_without_options_is_the_default_configuration(jaxwalk_cli, called):
+    assert jaxwalk_cli("train") == (0, "", "")
+    assert called == [(Config(), None, 0, "jaxwalk train")]
+
+
+@pytest.mark.parametrize("spelling", [["--preset", "paper"], ["--preset=paper"]])
+@pytest.mark.parametrize("first", [True, False])
+def test_options_override_the_preset_wherever_it_stands(jaxwalk_cli, called, tmp_path, spelling, first):
+    override = ["--ddpg.gamma", "0.5", "--observation", "speed", "pitch"]
+    argv = spelling + override if first else override + spelling
+    run_dir = tmp_path / "a run"
+    assert jaxwalk_cli("train", *argv, "--run-dir", run_dir, "--seed", 7)[0] == 0
+    paper = PRESETS["paper"]
+    expected = dataclasses.replace(
+        paper, ddpg=dataclasses.replace(paper.ddpg, gamma=0.5), observation=("speed", "pitch")
+    )
+    config, path, seed, command = called[0]
+    assert (config, path, seed) == (expected, run_dir, 7)
+    assert command.startswith("jaxwalk train --") and f"'{run_dir}'" in command
+
+
+@pytest.mark.parametrize(
+    "argv", [["--impulses", "-40,30"], ["--impulses=-40,30"], ["--impulses", " -40, 30 "]]
+)
+def test_an_impulse_list_may_begin_with_a_minus(jaxwalk_cli, called, argv):
+    assert jaxwalk_cli("evaluate", "fixed", *argv) == (0, "", "")
+    assert called[0][0].impulses == (-40.0, 30.0)
+
+
+def test_evaluate_hands_on_every_option(jaxwalk_cli, called, tmp_path):
+    argv = "--walkers 3 --seconds 5 --speed 0.8 --impulses 10 --phases 4 --replicas 2 --push-height -0.2"
+    argv += " --push-duration 0.05 --height 1.5 --mass 50 --noise 0 --seed 9"
+    assert jaxwalk_cli("evaluate", "shipped", *argv.split(), "--json", tmp_path / "e.json") == (0, "", "")
+    assert dataclasses.asdict(called[0][0]) == {
+        "policy": "shipped", "walkers": 3, "seconds": 5.0, "speed": 0.8, "impulses": (10.0,), "phases": 4,
+        "replicas": 2, "push_height": -0.2, "push_duration": 0.05, "height": 1.5, "mass": 50.0, "noise": 0.0,
+        "seed": 9, "json": tmp_path / "e.json",
+    }  # fmt: skip
+
+
+def test_evaluate_defaults_are_the_papers_pushes(jaxwalk_cli, called, tmp_path):
+    assert jaxwalk_cli("evaluate", tmp_path)[0] == 0
+    args = called[0][0]
+    assert (args.walkers, args.seconds, args.speed, args.impulses) == (256, 60.0, 1.0, (30.0, -40.0))
+    assert (args.phases, args.replicas, args.push_duration, args.noise) == (16, 8, 0.1, 1.0)
+
+
+def test_render_and_bench_hand_on_their_options(jaxwalk_cli, called, tmp_path):
+    assert (
+        jaxwalk_cli("render", "fixed", "--out", tmp_path / "w.GIF", "--push", "-40", "--height-px", 480)[0]
+        == 0
+    )
+    assert jaxwalk_cli("bench", "--walkers", 16)[0] == 0
+    (render,), (bench,) = called
+    assert (render.out, render.push, render.height_px, render.height) == (
+        tmp_path / "w.GIF",
+        -40.0,
+        480,
+        None,
+    )
+    assert (bench.walkers, bench.json) == (16, None)
+
+
+def test_every_field_of_the_configuration_is_an_option_with_help(jaxwalk_cli):
+    code, text, _ = jaxwalk_cli("train", "--help")
+    assert code == 0
+    lines = [line.strip("│ ") for line in text.splitlines()]
+
+    def options(config, prefix=""):
+        for field in dataclasses.fields(config):
+            value = getattr(config, field.name)
+            name = f"{prefix}{field.name}".replace("_", "-")
+            yield from options(value, name + ".") if dataclasses.is_dataclass(value) else [f"--{name}"]
+
+    for option in options(Config()):
+        (at,) = (i for i, line in enumerate(lines) if line.split() and line.split()[0] == option)
+        assert any(line and not line.startswith(("(", "--")) for line in lines[at + 1 : at + 3]), (
+            f"no help: {option}"
+        )
+
+
+def test_version(jaxwalk_cli):
+    from jaxwalk import __version__
+
+    assert jaxwalk_cli("--version") == (0, f"jaxwalk {__version__}\n", "")
+
+
+def test_paths_stay_paths(jaxwalk_cli, called):
+    assert jaxwalk_cli("train", "--run-dir", "relative/run")[0] == 0
+    assert called[0][1] == Path("relative/run")

@@ -1,0 +1,75 @@
+"""The ring against a plain Python list."""
+
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxwalk.ddpg import replay
+
+CAPACITY, BATCH = 7, 10
+add = jax.jit(replay.add)
+sample = jax.jit(replay.sample, static_argnums=2)
+
+
+@pytest.fixture
+def empty(transitions):
+    return replay.init(CAPACITY, jax.tree.map(lambda x: x[0], transitions(1)))
+
+
+def _held(ring):
+    """The ring's rewards, oldest first."""
+    size, position = int(ring.size), int(ring.position)
+    start = position if size == CAPACITY else 0
+    return [float(np.asarray(ring.rows.reward)[(start + i) % CAPACITY]) for i in range(size)]
+
+
+@pytest.mark.parametrize("share", [0.0, 0.2, 0.5, 1.0])
+def test_ring_equals_a_list(empty, transitions, share):
+    ring, expected = empty, []
+    for seed in range(8):
+        rows = transitions(BATCH, seed)
+        mask = np.random.default_rng(seed).uniform(size=BATCH) < share  # 1.0: more rows than room
+        ring = add(ring, rows, jnp.asarray(mask))
+        expected = (expected + [float(r) for r in rows.reward[mask]])[-CAPACITY:]
+        assert _held(ring) == expected
+
+
+def test_fields_stay_together_and_add_runs_inside_scan(empty, transitions):
+    rows = jax.tree.map(lambda x: jnp.stack([x, x + 1]), transitions(3))
+    mask = jnp.array([True, False, True])
+    scanned, _ = jax.lax.scan(lambda ring, batch: (replay.add(ring, batch, mask), None), empty, rows)
+    expected = jax.tree.map(lambda x: x[:, jnp.array([0, 2])].reshape(4, *x.shape[2:]), rows)
+    jax.tree.map(lambda ring, x: np.testing.assert_array_equal(ring[:4], x), scanned.rows, expected)
+    assert int(scanned.size) == 4
+
+
+@pytest.mark.parametrize("bad", [jnp.nan, jnp.inf, -jnp.inf])
+@pytest.mark.parametrize("name", ["observation", "action", "reward", "discount", "next_observation"])
+def test_non_finite_rows_never_enter(empty, transitions, name, bad):
+    rows = transitions(BATCH)
+    spoilt = replace(rows, **{name: getattr(rows, name).at[4].set(bad)})
+    ring = add(empty, spoilt, jnp.arange(BATCH) >= 3)
+    assert _held(ring) == [float(rows.reward[i]) for i in (3, 5, 6, 7, 8, 9)]
+
+
+def test_samples_only_what_was_added_and_all_of_it(empty, transitions):
+    rows = transitions(BATCH)
+    ring = add(empty, rows, jnp.arange(BATCH) < 4)
+    batch = sample(ring, jax.random.key(0), 400)
+    values, counts = np.unique(np.asarray(batch.reward), return_counts=True)
+    np.testing.assert_array_equal(values, np.sort(rows.reward[:4]))
+    assert counts.min() > 60  # 100 expected each
+    row = int(jnp.argmax(rows.reward == batch.reward[0]))
+    jax.tree.map(lambda x, y: np.testing.assert_array_equal(x[0], y[row]), batch, rows)
+
+
+def test_empty_ring_samples_zeros(empty):
+    assert all(not x.any() for x in jax.tree.leaves(sample(empty, jax.random.key(0), 3)))
+
+
+def test_no_room(transitions):
+    with pytest.raises(ValueError, match="capacity 0"):
+        replay.init(0, transitions(1))

@@ -1,0 +1,118 @@
+"""The run folder: complete, readable, never overwritten."""
+
+import json
+import re
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxwalk import files, run_folder
+from jaxwalk.config import Config, DDPGConfig
+from jaxwalk.errors import UserError
+from jaxwalk.run_folder import RunFolder
+
+CONFIG = Config(ddpg=DDPGConfig(gamma=0.5))
+
+
+@pytest.fixture
+def folder(tmp_path):
+    with RunFolder.create(tmp_path / "deep" / "run", CONFIG, 3, "jaxwalk train --seed 3") as folder:
+        yield folder
+
+
+def test_what_was_asked_can_be_read_back(folder):
+    assert run_folder.load_config(folder.path) == CONFIG
+    assert run_folder.load_config(folder.path / "config.json") == CONFIG
+    record = json.loads((folder.path / "config.json").read_text())
+    assert (record["seed"], record["command"]) == (3, "jaxwalk train --seed 3")
+    assert record["hardware"]["cores"] >= 1 and record["hardware"]["devices"]
+    assert {"jaxwalk", "python", "jax", "mujoco", "mujoco-mjx", "brax", "flax", "optax"} <= set(
+        record["versions"]
+    )
+    assert folder.checkpoints.is_dir()
+
+
+def test_metrics_are_on_disk_line_by_line(folder):
+    folder.log({"footsteps": 100, "train/return": jnp.float32(1.5), "eval/score": float("nan")})
+    folder.log({"footsteps": jnp.int32(200), "train/return": np.float64(2.0)})
+    # Still open: a run that is killed now keeps both lines, and half of a third does no harm.
+    with (folder.path / "metrics.jsonl").open("a") as file:
+        file.write('{"footsteps": 3')
+    assert run_folder.read_metrics(folder.path) == [
+        {"footsteps": 100, "train/return": 1.5, "eval/score": None},
+        {"footsteps": 200, "train/return": 2.0},
+    ]
+
+
+def test_tensorboard_gets_the_same_numbers(folder):
+    from tensorboardX.proto.event_pb2 import Event  # pyright: ignore
+    from tensorboardX.record_writer import masked_crc32c
+
+    folder.log({"footsteps": 100, "train/return": 1.5})
+    folder.close()
+    (path,) = folder.path.glob("events.out.*")
+    data, events = path.read_bytes(), []
+    while data:  # length (8), its checksum (4), event, its checksum (4)
+        length = int.from_bytes(data[:8], "little")
+        body = data[12 : 12 + length]
+        assert int.from_bytes(data[12 + length : 16 + length], "little") == masked_crc32c(body)
+        events.append(Event.FromString(body))
+        data = data[16 + length :]
+    seen = [(e.step, v.tag, v.simple_value) for e in events for v in e.summary.value]
+    assert seen == [(100, "train/return", 1.5)]
+
+
+def test_the_summary_is_replaced_whole(folder, monkeypatch):
+    folder.write_summary({"survival": 0.5})
+    with pytest.raises(TypeError):
+        folder.write_summary({"survival": object()})
+    assert json.loads((folder.path / "summary.json").read_text()) == {"survival": 0.5}
+    folder.write_summary({"survival": jnp.ones(2), "worst": float("-inf")})
+    assert json.loads((folder.path / "summary.json").read_text()) == {"survival": [1.0, 1.0], "worst": None}
+    assert not [path for path in folder.path.iterdir() if path.name.startswith(".")]
+
+
+def test_a_run_is_never_overwritten(folder):
+    before = {path: path.read_bytes() for path in folder.path.iterdir() if path.is_file()}
+    with pytest.raises(UserError, match=r"already holds a run.*--run-dir"):
+        RunFolder.create(folder.path, Config(), 0, "jaxwalk train")
+    assert {path: path.read_bytes() for path in folder.path.iterdir() if path.is_file()} == before
+
+
+def test_an_empty_folder_will_do(tmp_path):
+    RunFolder.create(tmp_path, Config(), 0, "").close()
+    assert (tmp_path / "config.json").exists()
+
+
+def test_runs_without_a_name_get_one_each(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    paths = []
+    for _ in range(2):
+        with RunFolder.create(None, Config(), 0, "") as folder:
+            paths.append(folder.path)
+    assert len(set(paths)) == 2
+    for path in paths:
+        assert re.fullmatch(r"runs/\d{8}-\d{6}(-\d)?", str(path))
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (None, "No such file"),
+        ("{", "not JSON"),
+        ("[1]", "no configuration"),
+        ('{"config": {"ddpg": {"gama": 1}}}', "unknown field ddpg.gama"),
+    ],
+)
+def test_a_foreign_folder_is_named_in_one_line(tmp_path, text, says):
+    if text is not None:
+        (tmp_path / "config.json").write_text(text)
+    with pytest.raises(UserError, match=says) as caught:
+        run_folder.load_config(tmp_path)
+    assert str(tmp_path) in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_results_that_cannot_be_written_are_the_users_business(tmp_path):
+    with pytest.raises(UserError, match="cannot write"):
+        files.write_json(tmp_path / "missing" / "e.json", {})

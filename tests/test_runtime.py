@@ -1,0 +1,58 @@
+"""Settings of the process, each looked at from a fresh one."""
+
+import json
+import os
+import subprocess
+import sys
+
+_REPORT = """
+import json, sys
+from jaxwalk import runtime
+runtime.setup()
+runtime.setup()
+import jax
+print(json.dumps({
+    "devices": jax.local_device_count("cpu"),
+    "cache": jax.config.jax_compilation_cache_dir,
+    "sum": float(jax.jit(lambda x: (x * x).sum())(jax.numpy.arange(4.0))),
+}))
+"""
+
+
+def _process(tmp_path, **environment):
+    """What a process with these variables prints, XDG_CACHE_HOME being ``tmp_path``."""
+    drop = ("XLA_FLAGS", "JAX_COMPILATION_CACHE_DIR", "JAX_NUM_CPU_DEVICES")
+    clean = {name: value for name, value in os.environ.items() if name not in drop}
+    done = subprocess.run(
+        [sys.executable, "-c", _REPORT],
+        env=clean | {"XDG_CACHE_HOME": str(tmp_path), "JAX_PLATFORMS": "cpu"} | environment,
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    (line,) = done.stdout.splitlines()  # and so none of MJX's about Warp
+    return json.loads(line)
+
+
+def test_all_cores_and_a_cache_by_default(tmp_path):
+    report = _process(tmp_path)
+    assert report == {
+        "devices": len(os.sched_getaffinity(0)), "cache": str(tmp_path / "jaxwalk"), "sum": 14.0,
+    }  # fmt: skip
+    # Even a program this small is remembered.
+    assert any(path.name.startswith("jit__lambda") for path in (tmp_path / "jaxwalk").iterdir())
+
+
+def test_the_users_own_settings_stand(tmp_path):
+    own = tmp_path / "own"
+    report = _process(
+        tmp_path,
+        XLA_FLAGS="--xla_force_host_platform_device_count=3",
+        JAX_COMPILATION_CACHE_DIR=str(own),
+    )
+    assert (report["devices"], report["cache"]) == (3, str(own))
+    assert not (tmp_path / "jaxwalk").exists()
+
+
+def test_importing_the_package_changes_nothing():
+    program = "import os; before = dict(os.environ); import jaxwalk, jaxwalk.cli, jaxwalk.runtime, sys;"
+    program += "assert before == dict(os.environ); assert 'jax' not in sys.modules"
+    subprocess.run([sys.executable, "-c", program], check=True)
