@@ -106,37 +106,37 @@ class GaitConfig:
 
     speed_desired: float = 1.0
     """Forward speed that is aimed at, v_desire, m/s (not scaled with the body)."""
-    length_nominal: float = 0.73
+    length_nominal: float = 0.748
     """Commanded step length before learning, m."""
-    duration_nominal: float = 0.177
+    duration_nominal: float = 0.197
     """Commanded early-swing duration before learning, s."""
-    length_min: float = 0.2
+    length_min: float = 0.3
     """Shortest step that can be commanded, m."""
-    length_max: float = 1.5
+    length_max: float = 1.3
     """Longest step that can be commanded, m."""
     duration_min: float = 0.10
     """Shortest early swing that can be commanded, s."""
-    duration_max: float = 0.40
+    duration_max: float = 0.35
     """Longest early swing that can be commanded, s."""
 
-    pitch_nominal: float = 0.07
+    pitch_nominal: float = 0.0765
     """phi0 of eq. 13: the pitch at which the stance hip turns as fast as the stance leg, rad."""
-    stance_rate_max: float = 6.55
+    stance_rate_max: float = 6.53
     """Largest hip rate that the stance controller commands, rad/s."""
-    stance_speed_min: float = 0.818
+    stance_speed_min: float = 0.918
     """The stance controller never takes the hip to be slower than this, m/s."""
 
-    swing_rate_max: float = 7.135
+    swing_rate_max: float = 7.35
     """Largest hip rate in early swing, rad/s."""
-    swing_pitch_gain: float = 0.077
+    swing_pitch_gain: float = 0.501
     """Share of the torso's pitch added to the swing hip's target (0: relative to the torso)."""
-    swing_knee: float = 1.204
+    swing_knee: float = 1.4
     """Knee flexion of the swing leg, rad."""
-    swing_knee_share: float = 0.678
+    swing_knee_share: float = 0.817
     """Share of early swing for which the knee stays bent."""
-    swing_ankle: float = 0.249
+    swing_ankle: float = 0.174
     """Dorsiflexion of the swing foot, rad."""
-    terminal_hip_gain: float = 5.924
+    terminal_hip_gain: float = 5.72
     """Hip rate for each rad off target in terminal swing, 1/s."""
     ankle_stiffness: float = 77.0
     """Ankle servo in the air, N m/rad."""
@@ -145,16 +145,18 @@ class GaitConfig:
 
     toe_off_form: Literal["linear", "paper"] = "linear"
     """Toe-off torque: linear in the speed lost, or the paper's eqs 14-22."""
-    toe_off_duration: float = 0.033
+    toe_off_duration: float = 0.032
     """How long the ankle pushes, s."""
-    toe_off_base: float = 100.53
+    toe_off_duration_max: float = 0.115
+    """Longest push: a torque beyond the ankle's limit becomes time (equal angular impulse, eq. 21), s."""
+    toe_off_base: float = 96.2
     """linear: torque when nothing was lost, N m."""
-    toe_off_gain: float = 383.999
+    toe_off_gain: float = 297.0
     """linear: torque for each m/s lost, N m s/m."""
     toe_off_speed: float = 1.36
     """linear: the torso's speed at touch-down from which losses count, at 1 m/s desired, m/s."""
 
-    touchdown_share: float = 0.551
+    touchdown_share: float = 0.639
     """Share of early swing before which a contact is no touch-down."""
     touchdown_ahead: float = 0.02
     """How far the landing ankle must be ahead of the other, m."""
@@ -172,10 +174,12 @@ class GaitConfig:
 class PushConfig:
     """The pushes that walkers meet in training."""
 
-    rate: float = 0.15
+    rate: float = 0.3
     """Mean number of pushes a second."""
-    impulse_max: float = 80.0
-    """Largest impulse, N s; either direction, uniform in size."""
+    impulse_forward: float = 90.0
+    """Largest push from behind, N s; sizes are uniform from the largest backward to this."""
+    impulse_backward: float = 75.0
+    """Largest push from the front, N s."""
     duration: float = 0.1
     """How long the force lasts, s."""
     height_spread: float = 0.2
@@ -186,13 +190,13 @@ class PushConfig:
 class DDPGConfig:
     """The learner. The preset ``paper`` holds Liu et al.'s values."""
 
-    hidden: tuple[int, ...] = (400, 300)
-    """Widths of the hidden layers of actor and critic."""
+    hidden: tuple[int, ...] = (128, 128)
+    """Widths of the hidden layers of actor and critic (the paper's: 400 and 300)."""
     actor_lr: float = 3e-4
     """Learning rate of the actor."""
     critic_lr: float = 1e-3
     """Learning rate of the critic."""
-    gamma: float = 0.97
+    gamma: float = 0.95
     """Discount per footstep."""
     tau: float = 0.005
     """Share of the online parameters that enters the targets at each update."""
@@ -200,11 +204,13 @@ class DDPGConfig:
     """Transitions in one update."""
     replay_capacity: int = 262_144
     """Transitions that are remembered."""
-    warmup: int = 2_000
+    warmup: int = 4_000
     """Footsteps gathered before the first update."""
-    updates_per_footstep: float = 0.2
+    critic_head_start: int = 1_000
+    """Updates of the critic before the actor moves: an early critic would lead it astray."""
+    updates_per_footstep: float = 0.3
     """Updates for each footstep gathered."""
-    noise_start: float = 0.4
+    noise_start: float = 0.2
     """Standard deviation of the exploration noise at first, in units of half the action range."""
     noise_end: float = 0.05
     """The same at the end of training."""
@@ -230,7 +236,7 @@ class DDPGConfig:
 
 @dataclass(frozen=True)
 class RewardConfig:
-    """The reward of one footstep: 1 less weighted, normalised squares (paper, sec. 2.4)."""
+    """The reward of one footstep: exp(-cost), cost a weighted sum of normalised squares."""
 
     speed_weight: float = 1.0
     """Weight of ((v - v_desire) / 0.5 m/s)^2."""
@@ -278,8 +284,8 @@ class Config:
     reward: RewardConfig = field(default_factory=RewardConfig)
     ddpg: DDPGConfig = field(default_factory=DDPGConfig)
     train: TrainConfig = field(default_factory=TrainConfig)
-    observation: tuple[Observable, ...] = ("speed", "pitch", "zmp", "step_length")
-    """What the policy is told at touch-down; the paper's state by default."""
+    observation: tuple[Observable, ...] = ("speed", "pitch", "zmp", "step_length", "pitch_rate")
+    """What the policy is told at touch-down: the paper's state and the rate of its pitch."""
 
 
 def to_dict(config: Config) -> dict:

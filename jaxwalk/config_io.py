@@ -73,10 +73,12 @@ _POSITIVE = """
     physics.timestep physics.iterations physics.ls_iterations physics.contact_timeconst physics.friction
     sensors.mean_window gait.speed_desired pushes.duration ddpg.actor_lr ddpg.critic_lr ddpg.batch_size
     ddpg.replay_capacity ddpg.noise_spread ddpg.policy_delay train.walkers train.footsteps train.window_ticks
-    train.episode_seconds train.evaluations
+    train.episode_seconds train.windows_per_report train.evaluations
 """.split()
 _NOT_NEGATIVE = """
-    physics.tolerance sensors.noise pushes.rate pushes.impulse_max pushes.height_spread ddpg.warmup
+    physics.tolerance sensors.noise pushes.rate
+    pushes.impulse_forward pushes.impulse_backward pushes.height_spread ddpg.warmup
+    ddpg.critic_head_start
     ddpg.updates_per_footstep ddpg.noise_start ddpg.noise_end ddpg.weight_decay ddpg.max_grad_norm
     ddpg.target_noise ddpg.target_noise_clip
 """.split()

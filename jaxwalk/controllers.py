@@ -75,8 +75,11 @@ def swing_target(config: GaitConfig, leg: Float[Array, ""], length: Float[Array,
 
 
 def leg_inertia(leg_mass: Float[Array, ""], half: Float[Array, ""], knee: Float[Array, ""]) -> Float[Array, ""]:
-    """J_leg about the hip of two rods of ``half`` m and ``leg_mass`` kg, knee bent by ``knee`` (eq. 20)."""
-    lower = (half * jnp.sin(knee)) ** 2 + (half * jnp.cos(knee) - half / 2) ** 2
+    """J_leg about the hip of two rods of ``half`` m and ``leg_mass`` kg, knee flexed by ``knee`` (eq. 20).
+
+    The paper's b is the knee's inner angle, pi - ``knee``: a straight leg is one rod of twice the length.
+    """
+    lower = (half * jnp.sin(knee)) ** 2 + (half * jnp.cos(knee) + half / 2) ** 2
     return leg_mass * (half**2 / 12 + lower + half**2 / 3)
 
 
@@ -109,6 +112,18 @@ def toe_off_torque(
     return jnp.maximum(config.toe_off_base + config.toe_off_gain * lost, 0.0)
 
 
+def push_off(
+    config: GaitConfig, limit: Float[Array, ""], torque: Float[Array, ""]
+) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    """(torque N m, seconds) that the ankle can do: what ``limit`` N m cuts off becomes time.
+
+    By eq. 21 it is the angular impulse tau dt that restores the speed; the paper's
+    ``toe_off_duration_max`` equals ``toe_off_duration``, which turns this off.
+    """
+    seconds = config.toe_off_duration * jnp.maximum(1.0, torque / limit)
+    return jnp.minimum(torque, limit), jnp.minimum(seconds, config.toe_off_duration_max)
+
+
 def ankle_servo(config: GaitConfig, target: Float[Array, ""], angle: Float[Array, ""], rate: Float[Array, ""]) -> Float[Array, ""]:
     """Torque that holds a foot in the air, N m, dorsiflexion positive."""
     return config.ankle_stiffness * (target - angle) - config.ankle_rate_gain * rate
@@ -119,8 +134,8 @@ def command(config: GaitConfig, body: Skeleton, gait: GaitState, estimate: Estim
     stance, swing = gait.stance, 1 - gait.stance
     thigh, shank = thigh_angles(estimate.joints, estimate.pitch), shank_angles(estimate.joints, estimate.pitch)
     leg = body.leg
-    phase = swing_phase(config, gait)
-    progress = swing_progress(config, gait)
+    phase = swing_phase(gait)
+    progress = swing_progress(gait)
 
     # The IMU sits on the torso; the hip below it is slower by the torso's turning.
     hip_speed = estimate.speed - body.torso * estimate.pitch_rate

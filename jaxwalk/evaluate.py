@@ -23,7 +23,7 @@ from jaxwalk.trials import BINS, Profile, Runner, Scenario, Trial
 if TYPE_CHECKING:
     from jaxwalk.cli.evaluate import EvaluateArgs
 
-BATCH = 256  # trials in one program
+BATCH = 256  # trials in one program, at most
 AFTER_PUSH = 8.0  # s watched after the step in which the push comes
 BEFORE_PUSH = 5.0  # s, enough for the step of the push to be reached
 SURVIVED = 0.95
@@ -77,15 +77,15 @@ def scenario_batch(subject: Subject, impulses: np.ndarray, phases: np.ndarray, a
     body, count = subject.config.body, len(impulses)
     ticks = max(1, round(args.push_duration / subject.config.physics.timestep))
 
-    def all_of(value: float, dtype: Any = jnp.float32) -> jax.Array:
-        return jnp.full(count, value, dtype)
+    def all_of(value: float) -> jax.Array:
+        return jnp.full(count, value, jnp.float32)
 
     return Scenario(
         height=all_of(body.height),
         mass=all_of(body.mass),
         noise=all_of(subject.config.sensors.noise),
         impulse=jnp.asarray(impulses, jnp.float32),
-        push_ticks=all_of(ticks, jnp.int32),
+        push_ticks=jnp.full(count, ticks, jnp.int32),
         push_height=all_of(args.push_height),
         phase=jnp.asarray(phases, jnp.float32),
         key=jax.random.split(jax.random.key(seed), count),
@@ -117,7 +117,8 @@ def evaluate(subject: Subject, args: EvaluateArgs, tell: Tell = lambda what, sha
       tell: called with what is under way and the share of it that is done.
     """
     task = Task.of(subject.config)
-    runner = Runner(task, subject.config.gait, subject.act, BATCH)
+    most = max(args.walkers, len(args.impulses) * args.phases * args.replicas)
+    runner = Runner(task, subject.config.gait, subject.act, min(BATCH, most))
 
     def follow(what: str, scenarios: Scenario, profile: Profile, seconds: float) -> Trial:
         for share, trials in runner.run(subject.params, profile, scenarios, seconds):
@@ -154,7 +155,11 @@ def _walking(trials: Trial) -> Walking:
 def _profile(trials: Trial) -> Profile:
     """Mean speed over the step, and mean step duration, of walkers that nobody pushed."""
     tally = trials.tally
-    speed = tally.speed_sum.sum(0) / np.maximum(tally.speed_count.sum(0), 1.0)
+    count = tally.speed_count.sum(0)
+    seen = np.flatnonzero(count)
+    speed = tally.speed_sum.sum(0) / np.maximum(count, 1.0)
+    if len(seen):  # a step that lasts longer than any unpushed one is held against their end
+        speed = np.where(np.arange(BINS) > seen[-1], speed[seen[-1]], speed)
     seconds = tally.step_seconds.sum() / max(tally.steps.sum(), 1.0)
     return Profile(jnp.asarray(speed, jnp.float32), jnp.float32(seconds if seconds > 0 else 0.6))
 

@@ -85,7 +85,9 @@ def reward(
     length: Float[Array, ""],
     fell: Bool[Array, ""],
 ) -> Float[Array, ""]:
-    """What a footstep earns: 1 less weighted squares of the state's own variables.
+    """What a footstep earns: exp(-cost), the cost being weighted squares of the state's variables.
+
+    Between 0 and 1, so that to keep walking, however badly, is always better than to fall.
 
     Args:
       state: at the footstep's end.
@@ -103,4 +105,4 @@ def reward(
         + config.length_weight * ((length - usual) / (_LENGTH * ratio.length)) ** 2
     )
     # A fall's own variables are arbitrary (a torso on its way down): it costs a constant.
-    return jnp.where(fell, config.fall, 1.0 - jnp.minimum(cost, 3.0))
+    return jnp.where(fell, config.fall, jnp.exp(-cost))

@@ -39,6 +39,7 @@ _DIMENSION = {
     "ankle_stiffness": "torque",
     "ankle_rate_gain": "rotational_damping",
     "toe_off_duration": "time",
+    "toe_off_duration_max": "time",
     "toe_off_base": "torque",
     "touchdown_ahead": "length",
     "touchdown_force": "force",
@@ -63,7 +64,8 @@ class GaitState:
       stance: index of the stance leg, 0 left, 1 right.
       elapsed: since the last touch-down, s.
       length, duration: of the step now under way: commanded length (m), early swing (s).
-      toe_off: ankle torque latched at touch-down, N m, plantarflexion positive.
+      toe_off, toe_off_seconds: ankle torque (N m, plantarflexion positive) and how long it
+        lasts (s), latched at touch-down.
     """
 
     stance: Int[Array, ""]
@@ -71,6 +73,7 @@ class GaitState:
     length: Float[Array, ""]
     duration: Float[Array, ""]
     toe_off: Float[Array, ""]
+    toe_off_seconds: Float[Array, ""]
 
     @property
     def is_stance(self) -> Bool[Array, "2"]:
@@ -88,21 +91,21 @@ def scaled(config: GaitConfig, body: Similarity) -> GaitConfig:
     return dataclasses.replace(config, **values)
 
 
-def swing_phase(config: GaitConfig, gait: GaitState) -> Int[Array, ""]:
+def swing_phase(gait: GaitState) -> Int[Array, ""]:
     """The `Phase` of the leg that is not in stance."""
-    early = gait.elapsed >= config.toe_off_duration
-    terminal = gait.elapsed >= config.toe_off_duration + gait.duration
+    early = gait.elapsed >= gait.toe_off_seconds
+    terminal = gait.elapsed >= gait.toe_off_seconds + gait.duration
     return jnp.int32(Phase.TOE_OFF) + early.astype(jnp.int32) + terminal.astype(jnp.int32)
 
 
-def phases(config: GaitConfig, gait: GaitState) -> Int[Array, "2"]:
+def phases(gait: GaitState) -> Int[Array, "2"]:
     """[2] `Phase` of each leg."""
-    return jnp.where(gait.is_stance, jnp.int32(Phase.STANCE), swing_phase(config, gait))
+    return jnp.where(gait.is_stance, jnp.int32(Phase.STANCE), swing_phase(gait))
 
 
-def swing_progress(config: GaitConfig, gait: GaitState) -> Float[Array, ""]:
+def swing_progress(gait: GaitState) -> Float[Array, ""]:
     """Share of early swing that is over: negative in toe-off, above 1 in terminal swing."""
-    return (gait.elapsed - config.toe_off_duration) / gait.duration
+    return (gait.elapsed - gait.toe_off_seconds) / gait.duration
 
 
 def step_length(body: Skeleton, gait: GaitState, estimate: Estimate) -> Float[Array, ""]:
@@ -115,7 +118,7 @@ def touched_down(config: GaitConfig, body: Skeleton, gait: GaitState, estimate: 
     """Whether the swing foot has landed ahead: late enough, far enough, with force enough."""
     force = jnp.sum(jnp.where(gait.is_stance, 0.0, estimate.touch))
     return (
-        (swing_progress(config, gait) > config.touchdown_share)
+        (swing_progress(gait) > config.touchdown_share)
         & (step_length(body, gait, estimate) > config.touchdown_ahead)
         & (force > config.touchdown_force)
     )

@@ -45,7 +45,7 @@ def _box(body: mujoco.MjsBody, name: str, centre: tuple[float, float, float], ha
 
 
 def _leg(spec: mujoco.MjSpec, torso: mujoco.MjsBody, side: str, body: Body, scale: Similarity, physics: PhysicsConfig) -> None:
-    rgba = [0.20, 0.45, 0.75, 1] if side == "left" else [0.85, 0.45, 0.20, 1]
+    rgba = [0.20, 0.45, 0.75, 1.0] if side == "left" else [0.85, 0.45, 0.20, 1.0]
     lateral = 0.05 * body.height * (1 if side == "left" else -1)  # drawing only: the plane has no y
     width = 0.025 * body.height
     hinge = dict(type=mujoco.mjtJoint.mjJNT_HINGE)
@@ -53,12 +53,12 @@ def _leg(spec: mujoco.MjSpec, torso: mujoco.MjsBody, side: str, body: Body, scal
     thigh = torso.add_body(name=f"thigh_{side}", pos=[0, 0, 0])
     _inertial(thigh, body.thigh)
     thigh.add_joint(name=f"hip_{side}", axis=[0, -1, 0], **hinge)
-    _box(thigh, f"thigh_{side}", (0, lateral, -body.thigh.length / 2), (1.2 * width, width, body.thigh.length / 2), rgba)
+    _box(thigh, f"thigh_{side}", (0.0, lateral, -body.thigh.length / 2), (1.2 * width, width, body.thigh.length / 2), rgba)
 
     shank = thigh.add_body(name=f"shank_{side}", pos=[0, 0, -body.thigh.length])
     _inertial(shank, body.shank)
     shank.add_joint(name=f"knee_{side}", axis=[0, 1, 0], **hinge)
-    _box(shank, f"shank_{side}", (0, lateral, -body.shank.length / 2), (width, 0.8 * width, body.shank.length / 2), rgba)
+    _box(shank, f"shank_{side}", (0.0, lateral, -body.shank.length / 2), (width, 0.8 * width, body.shank.length / 2), rgba)
 
     foot = shank.add_body(name=f"foot_{side}", pos=[0, 0, -body.shank.length])
     _inertial(foot, body.foot)
@@ -160,10 +160,10 @@ def build(body: Body, physics: PhysicsConfig) -> mujoco.MjSpec:
     for name, kind, axis in zip(JOINTS, ("SLIDE", "SLIDE", "HINGE"), ([1, 0, 0], [0, 0, 1], [0, 1, 0])):
         torso.add_joint(name=name, type=getattr(mujoco.mjtJoint, f"mjJNT_{kind}"), axis=axis)
     trunk, head = 0.8 * body.torso.length, 0.2 * body.torso.length
-    grey = [0.35, 0.38, 0.42, 1]
+    grey = [0.35, 0.38, 0.42, 1.0]
     depth, breadth = 0.05 * body.height, 0.09 * body.height
-    _box(torso, "trunk", (0, 0, trunk / 2), (depth, breadth, trunk / 2), grey)
-    _box(torso, "head", (0, 0, trunk + 0.55 * head), (0.8 * depth, 0.4 * breadth, 0.45 * head), grey)
+    _box(torso, "trunk", (0.0, 0.0, trunk / 2), (depth, breadth, trunk / 2), grey)
+    _box(torso, "head", (0.0, 0.0, trunk + 0.55 * head), (0.8 * depth, 0.4 * breadth, 0.45 * head), grey)
     torso.add_site(name="imu", pos=[0, 0, body.torso.com[1]], size=[0.01 * body.height] * 3)
     for side in SIDES:
         _leg(spec, torso, side, body, scale, physics)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from jaxwalk.config import BodyConfig, Config, DDPGConfig, TrainConfig
+from jaxwalk.config import BodyConfig, Config, DDPGConfig, GaitConfig, TrainConfig
 
 PresetName = Literal["default", "paper", "smoke"]
 
@@ -22,6 +22,7 @@ _PAPER = Config(
         batch_size=32,
         replay_capacity=70_000,
         updates_per_footstep=1.0,
+        critic_head_start=0,
         noise_spread=1.0,
         layer_norm=False,
         weight_decay=0.0,
@@ -29,12 +30,19 @@ _PAPER = Config(
         normalize_observations=False,
         twin=False,
     ),
+    gait=GaitConfig(
+        pitch_nominal=0.02,  # phi0, printed
+        length_nominal=0.633,  # height-to-stride-length ratio at 1 m/s (Boulic et al.)
+        toe_off_form="paper",
+        toe_off_duration_max=GaitConfig.toe_off_duration,
+    ),
     train=TrainConfig(height_spread=0.0, mass_spread=0.0),
+    observation=("speed", "pitch", "zmp", "step_length"),
 )
 
 # Seconds of work once compiled: does everything that training does, learns nothing.
 _SMOKE = Config(
-    ddpg=DDPGConfig(hidden=(32, 32), batch_size=32, replay_capacity=2_048, warmup=64),
+    ddpg=DDPGConfig(hidden=(32, 32), batch_size=32, replay_capacity=2_048, warmup=64, critic_head_start=10),
     train=TrainConfig(walkers=8, footsteps=400, episode_seconds=5.0, evaluations=1),
 )
 

@@ -54,7 +54,7 @@ class Progress:
         if self._live:
             self._live.stop()
 
-    def update(self, footsteps: int, metrics: Mapping[str, float]) -> None:
+    def update(self, footsteps: int, metrics: Mapping[str, float | int]) -> None:
         """Show the latest metrics.
 
         Args:
@@ -88,7 +88,7 @@ class Progress:
         return text
 
 
-def _figures(metrics: Mapping[str, float]) -> str:
+def _figures(metrics: Mapping[str, float | int]) -> str:
     return "  ".join(
         f"{label} {form.format(metrics[name])}" for name, label, form in _SHOWN if name in metrics
     )

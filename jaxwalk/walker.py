@@ -156,22 +156,26 @@ def start(
         speed=speed, acceleration=zero, pitch=pitch, pitch_rate=zero, joints=joints, joint_rates=rates, touch=jnp.zeros(2)
     )
     numbers = who.gait
+    torque, seconds = _toe_off(setup, who, bones, estimate, 1 - stance)
     clock = GaitState(
         stance=stance,
         elapsed=zero,
         length=numbers.length_nominal * jnp.ones(()),
         duration=numbers.duration_nominal * jnp.ones(()),
-        toe_off=_toe_off(setup, who, bones, estimate, 1 - stance),
+        toe_off=torque,
+        toe_off_seconds=seconds,
     )
     return Walker(who, plant, state, estimate, clock, pushes.none(), key, jnp.int32(0))
 
 
 def _toe_off(
     setup: Setup, who: Person, bones: kinematics.Skeleton, estimate: sensors.Estimate, trailing: Int[Array, ""]
-) -> Float[Array, ""]:
+) -> tuple[Float[Array, ""], Float[Array, ""]]:
     angle = kinematics.thigh_angles(estimate.joints, estimate.pitch)[trailing]
     knee = estimate.joints[trailing, 1]
-    return controllers.toe_off_torque(who.gait, inertias(setup, who), bones.leg, estimate.speed, angle, knee)
+    numbers = who.gait
+    torque = controllers.toe_off_torque(numbers, inertias(setup, who), bones.leg, estimate.speed, angle, knee)
+    return controllers.push_off(numbers, setup.physics.ankle_limit * who.ratio.torque, torque)
 
 
 def landed_length(setup: Setup, walker: Walker) -> Float[Array, ""]:
@@ -209,10 +213,9 @@ def tick(setup: Setup, model: mjx.Model, walker: Walker) -> tuple[Walker, Event]
     clock = walker.gait.replace(elapsed=walker.gait.elapsed + setup.timestep)
     landed = gait.touched_down(numbers, bones, clock, estimate)
     # In swapped order the leg that was in stance trails and pushes off.
+    torque, seconds = _toe_off(setup, who, bones, estimate, clock.stance)
     restarted = clock.replace(
-        stance=1 - clock.stance,
-        elapsed=jnp.zeros(()),
-        toe_off=_toe_off(setup, who, bones, estimate, clock.stance),
+        stance=1 - clock.stance, elapsed=jnp.zeros(()), toe_off=torque, toe_off_seconds=seconds
     )
     event_length = gait.step_length(bones, clock, estimate)
     after = walker.replace(

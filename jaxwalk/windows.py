@@ -70,7 +70,8 @@ def draw_push(config: Config, state: Stepper, key: PRNGKeyArray) -> pushes.Push:
     settings = config.pushes
     wait = jax.random.exponential(wait_key) / max(settings.rate, 1e-6)
     ratio = state.walker.person.ratio
-    impulse = settings.impulse_max * jax.random.uniform(impulse_key, (), minval=-1.0) * ratio.impulse
+    least, most = -settings.impulse_backward, settings.impulse_forward
+    impulse = jax.random.uniform(impulse_key, (), minval=least, maxval=most) * ratio.impulse
     height = settings.height_spread * jax.random.uniform(height_key, (), minval=-1.0) * ratio.length
     ticks = jnp.minimum(wait / config.physics.timestep, 1e8).astype(jnp.int32)
     begin = state.walker.tick + ticks

@@ -41,6 +41,7 @@ GAIT = {
     "swing_ankle": (0.0, 0.5),
     "terminal_hip_gain": (0.0, 12.0),
     "toe_off_duration": (0.022, 0.08),
+    "toe_off_duration_max": (0.022, 0.2),
     "toe_off_base": (20.0, 130.0),
     "toe_off_gain": (0.0, 800.0),
     "touchdown_share": (0.4, 1.0),
@@ -160,7 +161,7 @@ def cost(results: dict[str, np.ndarray], table: dict[str, np.ndarray]) -> np.nda
     falls = (loss * weight).sum(1) / weight.sum()
     off = np.abs(results["speed"][:, calm].mean(1) - 1.0)
     # The nominal step alone is to keep the speed as well.
-    return falls + 0.5 * np.maximum(off - 0.01, 0) + 1.0 * np.sqrt(results["wobble"][:, calm].mean(1))
+    return falls + 2.0 * np.maximum(off - 0.01, 0) + 1.0 * np.sqrt(results["wobble"][:, calm].mean(1))
 
 
 def main(args: Args) -> None:

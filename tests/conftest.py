@@ -1,9 +1,13 @@
 """For all tests: signatures are checked, compiled programs are remembered."""
 
+import sys
+from pathlib import Path
+
 import jaxtyping
 
-# Before any module of the package is imported: beartype then checks every call's types and shapes.
-jaxtyping.install_import_hook("jaxwalk", "beartype.beartype")
+sys.path.append(str(Path(__file__).parent))
+# Before any module of the package is imported: every call's types and shapes are checked.
+jaxtyping.install_import_hook("jaxwalk", "typecheck.check")
 
 from jaxwalk import runtime  # noqa: E402
 

@@ -204,6 +204,12 @@ def _improve_actor(
     actor, optimizer_state, (value, _), norm = _descend(
         _optimizer(config, config.actor_lr), loss, state.actor, state.actor_optimizer, axis_name
     )
+    moving = state.updates > config.critic_head_start
+    actor, optimizer_state = jax.tree.map(
+        lambda new, old: jnp.where(moving, new, old),
+        (actor, optimizer_state),
+        (state.actor, state.actor_optimizer),
+    )
     return replace(
         state,
         actor=actor,

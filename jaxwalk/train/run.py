@@ -138,13 +138,10 @@ class _Run:
         )
 
     def _save(self, path: Path, footsteps: int, score: float) -> None:
-        learned = jax.device_get(self.state.learner)
-        policy.save(
-            policy.from_learner(
-                self.config, learned, seed=self.seed, command=self.command, footsteps=footsteps, score=score
-            ),
-            path,
+        learned = policy.from_learner(
+            self.config, self.state.learner, seed=self.seed, command=self.command, footsteps=footsteps, score=score
         )
+        policy.save(learned, path)
 
     def _finish(self, footsteps: int) -> None:
         assert self.best is not None

@@ -1,0 +1,265 @@
+"""Draw a policy's walk: a film, or a strip of poses."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import imageio.v2 as imageio
+import jax
+import jax.numpy as jnp
+import mujoco
+import numpy as np
+from jaxtyping import Array, Float
+from PIL import Image, ImageDraw, ImageFont
+from rich.console import Console
+from rich.progress import track
+
+from jaxwalk import pushes, stage, stepper, subjects, walker
+from jaxwalk.errors import UserError
+from jaxwalk.stage import Arrow, Stage
+from jaxwalk.stepper import Stepper, Task
+from jaxwalk.subjects import Subject
+
+if TYPE_CHECKING:
+    from jaxwalk.cli.render import RenderArgs
+
+SEGMENT = 50  # decision windows in one call of the compiled program, whatever the seconds asked for
+FALL_SECONDS = 1.2  # of film after a fall
+FADE_SECONDS = 0.35  # a push is over within three frames: its arrow fades more slowly
+CAMERA_SECONDS = 1.2  # over which the camera's way is smoothed: the hip's pace within a step is not followed
+UPRIGHT, LYING = 0.62, 0.95  # width of a pose in the strip, in units of its height
+
+INK, FAINT, RED = (40, 44, 52), (120, 127, 138), (196, 24, 40)
+
+Act = Callable[[Any, Float[Array, "O"]], Float[Array, "2"]]
+
+
+@dataclass(frozen=True)
+class Walk:
+    """What was walked.
+
+    Attributes:
+      qpos: [N, 9] after each tick, the start first.
+      timestep: s.
+      push: (start, end) of the push, s; None without one.
+      fell: when, s; None if it never did.
+    """
+
+    qpos: np.ndarray
+    timestep: float
+    push: tuple[float, float] | None
+    fell: float | None
+
+    @property
+    def seconds(self) -> float:
+        return (len(self.qpos) - 1) * self.timestep
+
+
+def _segment(task: Task, act: Act, params: Any, state: Stepper) -> tuple[Stepper, tuple[Array, Array, Array]]:
+    """`SEGMENT` windows further; with qpos [N, 9], qvel [N, 9] and whether it lies [N], after each tick."""
+    model = walker.model(task.setup, state.walker.person)
+
+    def tick(state: Stepper, _: None) -> tuple[Stepper, tuple[Array, Array, Array]]:
+        state = stepper.tick(task, model, state)
+        plant = state.walker.plant
+        return state, (plant.qpos, plant.qvel, state.terminated)
+
+    def window(state: Stepper, _: None) -> tuple[Stepper, tuple[Array, Array, Array]]:
+        state = stepper.decide(state, act(params, state.observation))
+        return jax.lax.scan(tick, state, length=task.setup.window_ticks)
+
+    state, rows = jax.lax.scan(window, state, length=SEGMENT)
+    return state, jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), rows)
+
+
+def roll_out(subject: Subject, args: RenderArgs, model: mujoco.MjModel) -> Walk:
+    """Walk for ``args.seconds``, or until `FALL_SECONDS` after a fall.
+
+    Args:
+      model: the limp body, which falls on where the walker has lost.
+    """
+    config, dt = subject.config, subject.config.physics.timestep
+    task = dataclasses.replace(Task.of(config), episode_ticks=pushes.NEVER)
+    ticks = round(args.seconds / dt)
+    start = jax.jit(partial(stepper.start, task, config.gait))
+    person = (config.body.height, config.body.mass, config.sensors.noise)
+    state = start(*map(jnp.float32, person), jax.random.key(args.seed))
+    push = pushes.none()
+    if args.push:
+        begin, height = jnp.int32(round(args.push_time / dt)), jnp.float32(args.push_height)
+        push = pushes.of_impulse(jnp.float32(args.push), begin, args.push_duration, dt, height)
+    state = state.replace(walker=state.walker.replace(push=push))
+
+    segment = jax.jit(partial(_segment, task, subject.act))
+    qpos, fell = [np.asarray(state.walker.plant.qpos)[None]], None
+    for walked in range(0, ticks, SEGMENT * task.setup.window_ticks):
+        state, rows = segment(subject.params, state)
+        poses, rates, lies = (np.asarray(x)[: ticks - walked] for x in rows)
+        if lies.any():
+            last = int(lies.argmax())
+            fell = (walked + last + 1) * dt
+            limp = min(round(FALL_SECONDS / dt), ticks - walked - last - 1)
+            qpos += [poses[: last + 1], _collapse(model, poses[last], rates[last], limp)]
+            break
+        qpos.append(poses)
+    acts = (int(push.start) * dt, int(push.start + push.ticks) * dt) if args.push else None
+    return Walk(np.concatenate(qpos), dt, acts, fell)
+
+
+def _collapse(model: mujoco.MjModel, qpos: np.ndarray, qvel: np.ndarray, ticks: int) -> np.ndarray:
+    """[ticks, 9] what becomes of a body that nothing holds up any more."""
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:] = qpos, qvel
+    rows = np.empty((ticks, len(qpos)))
+    for row in rows:
+        mujoco.mj_step(model, data)
+        row[:] = data.qpos
+    return rows
+
+
+def _camera_path(walk: Walk) -> np.ndarray:
+    """[N] x of the picture's middle, m: the hip's, smoothed to both sides so that it does not lag."""
+    half = min(round(CAMERA_SECONDS / walk.timestep / 2), len(walk.qpos) - 1)
+    if half == 0:
+        return walk.qpos[:, 0]
+    padded = np.pad(walk.qpos[:, 0], half, mode="reflect", reflect_type="odd")
+    window = np.hanning(2 * half + 3)[1:-1]
+    return np.convolve(padded, window / window.sum(), mode="valid")
+
+
+def _arrow(walk: Walk, args: RenderArgs, second: float) -> Arrow | None:
+    if walk.push is None or second < walk.push[0]:
+        return None
+    strength = 1 - max(0.0, second - walk.push[1]) / FADE_SECONDS
+    return Arrow(args.push, args.push_height, strength) if strength > 0 else None
+
+
+def film(walk: Walk, stage: Stage, args: RenderArgs, fps: float) -> Iterator[np.ndarray]:
+    """The frames, [height, width, 3] bytes each."""
+    path = _camera_path(walk)
+    font = _font(args.height_px / 22)
+    margin = args.height_px // 22
+    for i in range(int(walk.seconds * fps) + 1):
+        second = i / fps
+        tick = round(second / walk.timestep)
+        arrow = _arrow(walk, args, second)
+        picture = Image.fromarray(stage.draw(walk.qpos[tick], path[tick], arrow))
+        pen = ImageDraw.Draw(picture)
+        pen.text((margin, margin), f"{second:.1f} s", INK, font)
+        pen.text((args.width - margin, margin), f"{walk.qpos[tick, 0]:.1f} m", INK, font, anchor="ra")
+        if arrow is not None:
+            pen.text((args.width // 2, margin), f"push {args.push:+g} N s", RED, font, anchor="ma")
+        elif walk.fell is not None and second >= walk.fell:
+            pen.text((args.width // 2, margin), "fell", RED, font, anchor="ma")
+        yield np.asarray(picture)
+
+
+def pose_times(seconds: float, count: int, highlight: float | None) -> np.ndarray:
+    """[count] times of a strip's poses, evenly spaced within 0..seconds; one is at ``highlight``, s."""
+    if highlight is None:
+        return np.linspace(0.0, seconds, count)
+    before = round(highlight / seconds * (count - 1))
+    after = count - 1 - before
+    steps = ([highlight / before] if before else []) + ([(seconds - highlight) / after] if after else [])
+    return np.clip(highlight + min(steps) * (np.arange(count) - before), 0.0, seconds)
+
+
+def strip(walk: Walk, stage: Stage, args: RenderArgs, times: np.ndarray, band: int) -> np.ndarray:
+    """Poses side by side over a time axis, [height, width, 3] bytes.
+
+    Args:
+      stage: as wide as one pose, and lower than the picture by ``band``.
+      times: [P] of the poses, s. band: height of the time axis, pixels.
+    """
+    path = _camera_path(walk)
+    picture = Image.new("RGB", (args.width, args.height_px), "white")
+    pen, font = ImageDraw.Draw(picture), _font(band * 0.36)
+    wide, axis = args.width / len(times), args.height_px - band
+
+    def across(second: float) -> float:
+        return wide * ((second - times[0]) / (times[1] - times[0]) + 0.5)
+
+    for i, second in enumerate(times):
+        tick = round(second / walk.timestep)
+        pose = stage.draw(walk.qpos[tick], path[tick], _arrow(walk, args, second))
+        picture.paste(Image.fromarray(pose), (round(i * wide), 0))
+        pen.line([across(second), axis, across(second), axis + band // 8], FAINT, 2)
+        pen.text(
+            (across(second), axis + band * 0.58),
+            f"{second:.2f} s, {walk.qpos[tick, 0]:.1f} m",
+            INK,
+            font,
+            anchor="mm",
+        )
+    for i in range(1, len(times)):
+        pen.line([round(i * wide), 0, round(i * wide), axis], "white", 2)
+    pen.line([0, axis, args.width, axis], FAINT, 2)
+    if walk.push is not None:
+        left, right = (across(t) for t in walk.push)
+        pen.rectangle([left, axis - 2, max(right, left + 4), axis + band // 6], RED)
+        pen.text((across(sum(walk.push) / 2), band * 0.4), f"push {args.push:+g} N s", RED, font, anchor="mm")
+    if walk.fell is not None:
+        pen.text((across(walk.fell), band * 0.9), "fell", RED, font, anchor="mm")
+    return np.asarray(picture)
+
+
+def main(args: RenderArgs) -> None:
+    """The command.
+
+    Raises:
+      UserError: no such policy, no OpenGL, or the file cannot be written.
+    """
+    subject = subjects.load(
+        args.policy, speed=args.speed, height=args.height, mass=args.mass, noise=args.noise
+    )
+    stage.choose_backend()  # before the walk, which takes its time
+    console = Console()
+    model = stage.model(subject.config)
+    with console.status("walking"):
+        walk = roll_out(subject, args, model)
+    draw = _write_strip if args.out.suffix.lower() == ".png" else _write_film
+    try:
+        with tempfile.TemporaryDirectory(dir=args.out.parent, prefix=f".{args.out.name}.") as folder:
+            whole = Path(folder) / args.out.name
+            draw(whole, walk, partial(Stage, model, subject.config.body.height), args)
+            os.replace(whole, args.out)
+    except OSError as error:
+        raise UserError(f"cannot write {args.out}: {error.strerror or error}") from error
+    fell = "" if walk.fell is None else f"; fell at {walk.fell:.1f} s"
+    console.print(f"{args.out}: {walk.seconds:.1f} s, {walk.qpos[-1, 0]:.1f} m{fell}", highlight=False)
+
+
+def _write_strip(path: Path, walk: Walk, stage_of: Callable[[int, int], Stage], args: RenderArgs) -> None:
+    band = max(args.height_px // 10, 24)
+    high = args.height_px - band
+    poses = max(2, round(args.width / (high * (UPRIGHT if walk.fell is None else LYING))))
+    middle = None if walk.push is None else min(sum(walk.push) / 2, walk.seconds)
+    with stage_of(-(-args.width // poses), high) as stage:
+        imageio.imwrite(path, strip(walk, stage, args, pose_times(walk.seconds, poses, middle), band))
+
+
+def _write_film(path: Path, walk: Walk, stage_of: Callable[[int, int], Stage], args: RenderArgs) -> None:
+    if path.suffix.lower() == ".gif":
+        centiseconds = max(2, round(100 / args.fps))  # a GIF's clock; viewers slow down what is faster
+        fps = 100 / centiseconds
+        writer = imageio.get_writer(path, mode="I", duration=10 * centiseconds, loop=0)
+    else:
+        fps = args.fps
+        # Or it forks, which JAX's threads do not bear; Ctrl-C then reaches ffmpeg as well, as it may.
+        os.environ.setdefault("IMAGEIO_FFMPEG_NO_PREVENT_SIGINT", "1")
+        writer = imageio.get_writer(path, fps=fps, codec="libx264", quality=8, macro_block_size=2)
+    with writer, stage_of(args.width, args.height_px) as stage:
+        frames = film(walk, stage, args, fps)
+        for frame in track(frames, "drawing", int(walk.seconds * fps) + 1, transient=True):
+            writer.append_data(frame)
+
+
+def _font(size: float) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+    return ImageFont.load_default(max(size, 9))

@@ -1,0 +1,40 @@
+"""Write models/planar.xml and, of the paper's boxes, models/planar_box.xml from the anthropometry.
+
+The package builds its models itself and never reads these files; they are for people,
+for MuJoCo's viewer and for other programs. A test fails when they drift from the code.
+
+    python scripts/make_models.py
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from jaxwalk import body, mjcf, runtime
+from jaxwalk.config import BodyConfig, PhysicsConfig
+
+FILES = {"planar.xml": BodyConfig(), "planar_box.xml": BodyConfig(table="box")}
+MODELS = Path(__file__).resolve().parent.parent / "models"
+
+
+def text(config: BodyConfig) -> str:
+    """The default walker of ``config``'s body as MJCF."""
+    spec = mjcf.build(body.build(config), PhysicsConfig())
+    spec.compile()  # to_xml wants a spec that is known to be sound
+    return spec.to_xml()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--out", type=Path, default=MODELS, help="folder to write to (default: models/)")
+    folder = parser.parse_args().out
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, config in FILES.items():
+        (folder / name).write_text(text(config))
+        print(folder / name)
+
+
+if __name__ == "__main__":
+    runtime.setup()
+    main()

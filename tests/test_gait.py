@@ -1,0 +1,135 @@
+"""The gait's clock, and what counts as a touch-down."""
+
+import dataclasses
+
+import jax.numpy as jnp
+import mujoco
+import numpy as np
+import pytest
+
+from jaxwalk import body, gait, kinematics, physics, sensors
+from jaxwalk.config import BodyConfig, GaitConfig, PhysicsConfig
+from jaxwalk.gait import GaitState, Phase
+from jaxwalk.similarity import Similarity
+
+NUMBERS = GaitConfig(touchdown_share=0.5, touchdown_ahead=0.02, touchdown_force=20.0)
+SKELETON = kinematics.skeleton(body.build(BodyConfig()), jnp.float32(1))
+
+
+def clock(elapsed, stance=0):
+    """0.04 s of toe-off, then 0.2 s of early swing."""
+    return GaitState(
+        stance=jnp.int32(stance),
+        elapsed=jnp.float32(elapsed),
+        length=jnp.float32(0.8),
+        duration=jnp.float32(0.2),
+        toe_off=jnp.float32(90),
+        toe_off_seconds=jnp.float32(0.04),
+    )
+
+
+def estimate(hips=(0.0, 0.0), touch=(0.0, 0.0), pitch=0.0):
+    zero = jnp.zeros(())
+    return sensors.Estimate(
+        speed=zero, acceleration=zero, pitch=jnp.float32(pitch), pitch_rate=zero,
+        joints=jnp.zeros((2, 3)).at[:, 0].set(jnp.array(hips)), joint_rates=jnp.zeros((2, 3)),
+        touch=jnp.array(touch),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("elapsed", "phase", "progress"),
+    [
+        (0.0, Phase.TOE_OFF, -0.2),  # (0 - 0.04) / 0.2
+        (0.039, Phase.TOE_OFF, -0.005),
+        (0.041, Phase.EARLY_SWING, 0.005),
+        (0.14, Phase.EARLY_SWING, 0.5),
+        (0.239, Phase.EARLY_SWING, 0.995),
+        (0.241, Phase.TERMINAL_SWING, 1.005),
+        (3.0, Phase.TERMINAL_SWING, 14.8),
+    ],
+)
+@pytest.mark.parametrize("stance", [0, 1])
+def test_a_step_goes_through_its_phases_by_the_clock(elapsed, phase, progress, stance):
+    now = clock(elapsed, stance)
+    both = [int(x) for x in gait.phases(now)]
+    assert both[stance] == Phase.STANCE
+    assert both[1 - stance] == phase == int(gait.swing_phase(now))
+    assert gait.swing_progress(now) == pytest.approx(progress, abs=1e-5)
+    assert now.is_stance.tolist() == [stance == 0, stance == 1]
+
+
+@pytest.mark.parametrize("stance", [0, 1])
+def test_step_length_is_how_far_the_swing_ankle_leads(stance):
+    # Thighs at +0.3 and -0.2 rad, legs 0.8838 m: 0.8838 (sin 0.3 + sin 0.2) = 0.43676 m. The torso's
+    # pitch is in the hip angles: the legs stand where they stood.
+    for pitch in (0.0, 0.15):
+        hips = [-0.2 + pitch, 0.3 + pitch]
+        seen = estimate(hips=hips if stance == 0 else hips[::-1], pitch=pitch)
+        assert gait.step_length(SKELETON, clock(0.1, stance), seen) == pytest.approx(0.43676, abs=2e-5)
+        assert gait.step_length(SKELETON, clock(0.1, 1 - stance), seen) == pytest.approx(-0.43676, abs=2e-5)
+
+
+def test_ankles_are_where_mujoco_puts_them():
+    height = 1.63
+    model = physics.compile_mujoco(BodyConfig(height=height), PhysicsConfig())
+    skeleton = kinematics.skeleton(body.build(BodyConfig()), jnp.float32(height / 1.8))
+    data = mujoco.MjData(model)
+    data.qpos[:] = [0.7, 2.0, 0.2, 0.4, 0.9, 0.3, -0.5, 0.1, -0.2]
+    mujoco.mj_forward(model, data)
+    x, z = kinematics.ankles(skeleton, jnp.float32(data.qpos[3:].reshape(2, 3)), jnp.float32(0.2))
+    for side, name in enumerate(("left", "right")):
+        ankle = data.body(f"foot_{name}").xpos - data.body("torso").xpos
+        assert (x[side], z[side]) == pytest.approx((ankle[0], ankle[2]), abs=1e-6)
+
+
+# Swing leg right, 0.3 rad ahead against -0.2 rad, 60 N under it, 60 % of early swing over: it has landed.
+LANDED = dict(elapsed=0.16, hips=(-0.2, 0.3), touch=(700.0, 60.0))
+
+
+@pytest.mark.parametrize(
+    ("change", "landed"),
+    [
+        ({}, True),
+        ({"elapsed": 0.138}, False),  # 49 % of early swing: too early
+        ({"elapsed": 0.142}, True),
+        ({"elapsed": 0.02}, False),  # still pushing off
+        ({"hips": (0.1, 0.1)}, False),  # beside the other foot
+        ({"hips": (0.3, -0.2)}, False),  # behind it
+        ({"hips": (0.0, 0.0227)}, True),  # 0.8838 sin 0.0227 = 0.0201 m ahead
+        ({"hips": (0.0, 0.0225)}, False),  # 0.0199 m
+        ({"touch": (700.0, 19.0)}, False),  # hardly touches
+        ({"touch": (700.0, 21.0)}, True),
+        ({"touch": (0.0, 60.0)}, True),  # the other foot need not carry
+    ],
+)
+@pytest.mark.parametrize("stance", [0, 1])
+def test_a_touchdown_is_late_enough_far_enough_and_firm_enough(change, landed, stance):
+    case = LANDED | change
+    order = slice(None) if stance == 0 else slice(None, None, -1)
+    seen = estimate(hips=case["hips"][order], touch=case["touch"][order])
+    assert bool(gait.touched_down(NUMBERS, SKELETON, clock(case["elapsed"], stance), seen)) == landed
+
+
+def test_numbers_scale_by_dynamic_similarity():
+    """A body four times as long and 10 times as heavy: times 2, speeds 2, rates 1/2, torques 40."""
+    numbers = GaitConfig()
+    large = gait.scaled(numbers, Similarity(4.0, 10.0))
+    factors = {
+        "length_nominal": 4, "length_min": 4, "length_max": 4, "touchdown_ahead": 4,
+        "duration_nominal": 2, "duration_min": 2, "duration_max": 2, "stall_seconds": 2,
+        "toe_off_duration": 2, "toe_off_duration_max": 2,
+        "stance_rate_max": 0.5, "swing_rate_max": 0.5, "terminal_hip_gain": 0.5,
+        "stance_speed_min": 2,
+        "ankle_stiffness": 40, "toe_off_base": 40,
+        "ankle_rate_gain": 80,  # torque per rate
+        "toe_off_gain": 20,  # torque per speed
+        "touchdown_force": 10,
+    }  # fmt: skip
+    for field in dataclasses.fields(GaitConfig):
+        before, after = getattr(numbers, field.name), getattr(large, field.name)
+        if isinstance(before, str):
+            assert after == before
+        else:
+            # What is not listed is an angle, a share, or the speed that the user asked for.
+            np.testing.assert_allclose(after, before * factors.get(field.name, 1), err_msg=field.name)

@@ -1,0 +1,118 @@
+"""A whole training run, small: what it leaves behind, and how it ends."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import signal
+
+import jax
+import numpy as np
+import pytest
+
+from jaxwalk import policy, run_folder, trials
+from jaxwalk.errors import UserError
+from jaxwalk.presets import PRESETS
+from jaxwalk.progress import Progress
+from jaxwalk.train import assess, loop, run
+
+SMOKE = PRESETS["smoke"]
+# Two reports at least, and updates in the second.
+CONFIG = dataclasses.replace(
+    SMOKE,
+    ddpg=dataclasses.replace(SMOKE.ddpg, warmup=16),
+    train=dataclasses.replace(SMOKE.train, footsteps=60, windows_per_report=40),
+)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def short_evaluation():
+    """Seconds of evaluation say nothing about the run around it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(assess, "SECONDS", 2.0)
+        patch.setattr(assess, "PHASES", 1)
+        patch.setattr(assess, "CALM", 2)
+        yield
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("run") / "a"
+    run(CONFIG, folder, 3, "jaxwalk train --seed 3")
+    return folder
+
+
+def test_run_folder_is_whole(finished):
+    names = {path.name for path in finished.iterdir()}
+    assert {"config.json", "metrics.jsonl", "checkpoints", "policy.safetensors", "training.png", "summary.json"} <= names
+    assert any(name.startswith("events.out") for name in names)
+    assert run_folder.load_config(finished) == CONFIG
+    record = json.loads((finished / "config.json").read_text())
+    assert (record["seed"], record["command"]) == (3, "jaxwalk train --seed 3")
+
+
+def test_metrics_and_summary_agree(finished):
+    rows = run_folder.read_metrics(finished)
+    reports = [row for row in rows if "train/return" in row]
+    evaluations = [row for row in rows if "eval/score" in row]
+    summary = json.loads((finished / "summary.json").read_text())
+    assert len(evaluations) >= 2  # before training and after it
+    assert [row["footsteps"] for row in reports] == sorted(row["footsteps"] for row in reports)
+    assert summary["footsteps"] == reports[-1]["footsteps"] >= CONFIG.train.footsteps
+    assert summary["updates"] == reports[-1]["learner/updates"] > 0
+    best = max(evaluations, key=lambda row: row["eval/score"])
+    assert summary["best"]["score"] == pytest.approx(best["eval/score"])
+    assert not summary["interrupted"]
+
+
+def test_best_policy_is_the_checkpoint_of_the_best_evaluation(finished):
+    best = policy.load(finished / "policy.safetensors")
+    same = policy.load(finished / "checkpoints" / f"{best.metadata.footsteps:09d}.safetensors")
+    assert best.metadata.score == same.metadata.score
+    for a, b in zip(jax.tree.leaves(best), jax.tree.leaves(same), strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_a_run_is_never_overwritten(finished):
+    before = {path: path.stat().st_mtime_ns for path in finished.rglob("*")}
+    with pytest.raises(UserError, match="already holds a run"):
+        run(CONFIG, finished, 3, "jaxwalk train")
+    assert {path: path.stat().st_mtime_ns for path in finished.rglob("*")} == before
+
+
+def test_interrupt_keeps_the_best_policy(tmp_path, monkeypatch):
+    monkeypatch.setattr(Progress, "update", lambda *_: os.kill(os.getpid(), signal.SIGINT))
+    before = signal.getsignal(signal.SIGINT)
+    folder = run(CONFIG, tmp_path / "b", 3, "jaxwalk train")
+    assert signal.getsignal(signal.SIGINT) is before
+    summary = json.loads((folder / "summary.json").read_text())
+    assert summary["interrupted"]
+    assert 0 < summary["footsteps"] < CONFIG.train.footsteps
+    policy.load(folder / "policy.safetensors")
+
+
+def test_window_longer_than_toe_off_is_refused(tmp_path):
+    slow = dataclasses.replace(CONFIG, train=dataclasses.replace(CONFIG.train, window_ticks=100))
+    with pytest.raises(UserError, match=r"train\.window_ticks"):
+        run(slow, tmp_path / "c", 0, "jaxwalk train")
+    assert not (tmp_path / "c").exists()
+
+
+def test_same_seed_same_training_in_one_program():
+    mesh = trials.devices_mesh()
+    advance = loop.make(CONFIG, mesh)
+
+    def train(seed: int):
+        state = loop.init(CONFIG, mesh, seed)
+        for _ in range(3):
+            state = advance(state)
+        keyless = state.replace(key=None, steppers=None)
+        return jax.device_get(keyless)
+
+    first, again, other = train(1), train(1), train(2)
+    assert first.learner.updates > 0
+    jax.tree.map(np.testing.assert_array_equal, first, again)
+    actors = [jax.tree.leaves(x.learner.actor)[0] for x in (first, other)]
+    assert not np.array_equal(*actors)
+    assert advance._cache_size() == 1  # one trace for nine calls and two seeds
