@@ -143,6 +143,8 @@ class GaitConfig:
     ankle_rate_gain: float = 1.0
     """Ankle servo in the air, N m s/rad."""
 
+    toe_off_ankle: float = 0.6
+    """Plantarflexion at which the push ends: a foot that left the floor would spin, rad."""
     toe_off_form: Literal["linear", "paper"] = "linear"
     """Toe-off torque: linear in the speed lost, or the paper's eqs 14-22."""
     toe_off_duration: float = 0.032
@@ -174,11 +176,11 @@ class GaitConfig:
 class PushConfig:
     """The pushes that walkers meet in training."""
 
-    rate: float = 0.3
+    rate: float = 0.4
     """Mean number of pushes a second."""
-    impulse_forward: float = 90.0
+    impulse_forward: float = 80.0
     """Largest push from behind, N s; sizes are uniform from the largest backward to this."""
-    impulse_backward: float = 75.0
+    impulse_backward: float = 65.0
     """Largest push from the front, N s."""
     duration: float = 0.1
     """How long the force lasts, s."""
@@ -196,9 +198,9 @@ class DDPGConfig:
     """Learning rate of the actor."""
     critic_lr: float = 1e-3
     """Learning rate of the critic."""
-    gamma: float = 0.95
+    gamma: float = 0.9
     """Discount per footstep."""
-    tau: float = 0.005
+    tau: float = 0.01
     """Share of the online parameters that enters the targets at each update."""
     batch_size: int = 256
     """Transitions in one update."""
@@ -208,7 +210,7 @@ class DDPGConfig:
     """Footsteps gathered before the first update."""
     critic_head_start: int = 1_000
     """Updates of the critic before the actor moves: an early critic would lead it astray."""
-    updates_per_footstep: float = 0.3
+    updates_per_footstep: float = 0.5
     """Updates for each footstep gathered."""
     noise_start: float = 0.2
     """Standard deviation of the exploration noise at first, in units of half the action range."""
@@ -238,7 +240,7 @@ class DDPGConfig:
 class RewardConfig:
     """The reward of one footstep: exp(-cost), cost a weighted sum of normalised squares."""
 
-    speed_weight: float = 1.0
+    speed_weight: float = 4.0
     """Weight of ((v - v_desire) / 0.5 m/s)^2."""
     pitch_weight: float = 0.5
     """Weight of (phi / 0.2 rad)^2."""
@@ -256,7 +258,7 @@ class TrainConfig:
 
     walkers: int = 256
     """Walkers that learn side by side."""
-    footsteps: int = 120_000
+    footsteps: int = 100_000
     """Footsteps gathered before training ends."""
     window_ticks: int = 10
     """Ticks between two looks at whether a walker needs a decision."""

@@ -154,7 +154,7 @@ def command(config: GaitConfig, body: Skeleton, gait: GaitState, estimate: Estim
     level = -shank[swing]  # the ankle angle that lays the sole flat
     ankle_target = jnp.where(phase == Phase.EARLY_SWING, config.swing_ankle, level)
     swing_ankle = jnp.where(
-        phase == Phase.TOE_OFF,
+        (phase == Phase.TOE_OFF) & (ankle > -config.toe_off_ankle),
         -gait.toe_off,
         ankle_servo(config, ankle_target, ankle, estimate.joint_rates[swing, 2]),
     )

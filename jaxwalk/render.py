@@ -251,7 +251,7 @@ def _write_film(path: Path, walk: Walk, stage_of: Callable[[int, int], Stage], a
         fps = 100 / centiseconds
         writer = imageio.get_writer(path, mode="I", duration=10 * centiseconds, loop=0)
     else:
-        fps = args.fps
+        fps = float(args.fps)
         # Or it forks, which JAX's threads do not bear; Ctrl-C then reaches ffmpeg as well, as it may.
         os.environ.setdefault("IMAGEIO_FFMPEG_NO_PREVENT_SIGINT", "1")
         writer = imageio.get_writer(path, fps=fps, codec="libx264", quality=8, macro_block_size=2)

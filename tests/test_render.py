@@ -116,5 +116,5 @@ def test_no_opengl_is_one_line_that_says_what_to_install(monkeypatch):
 def test_a_folder_that_is_gone_is_one_line(monkeypatch, walk, tmp_path):
     monkeypatch.setattr(stage, "choose_backend", lambda: None)
     monkeypatch.setattr(render, "roll_out", lambda *_: walk)
-    with pytest.raises(UserError, match="cannot write .*absent"):
+    with pytest.raises(UserError, match=r"cannot write .*absent"):
         render.main(_args(tmp_path / "absent" / "walk.png"))

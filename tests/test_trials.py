@@ -1,0 +1,197 @@
+"""Trials: who is pushed when, by how much, and what is made of it."""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxwalk import evaluate, footstep, walker
+from jaxwalk.config import Config
+from jaxwalk.stepper import Task
+from jaxwalk.trials import BINS, Profile, Runner, Scenario, begin
+
+CONFIG = Config()
+TASK = Task.of(CONFIG)
+DT = CONFIG.physics.timestep
+SECONDS = 7.0
+STEP = 0.6  # s; what the trials are told a step lasts
+PUSH_TICKS = 50
+
+
+@pytest.mark.parametrize(
+    ("table", "forward", "backward"),
+    [
+        ({10: 1.0, 20: 0.96, 30: 0.95, 40: 0.94}, 30, 0),
+        ({10: 1.0, 20: 0.90, 30: 1.0}, 10, 0),  # an island beyond a failure does not count
+        ({10: 0.5, 20: 1.0}, 0, 0),
+        ({30: 1.0, 10: 1.0, 20: 1.0}, 30, 0),  # in any order
+        ({-10: 1.0, -20: 0.99, -30: 0.2, -40: 1.0, 10: 0.0}, 0, 20),
+        ({-40: 1.0, 30: 1.0}, 30, 40),
+        ({0: 0.0, 10: 1.0}, 10, 0),  # no push is neither forward nor backward
+        ({}, 0, 0),
+    ],
+)
+def test_a_threshold_is_survived_with_all_below_it(table, forward, backward):
+    found = evaluate.threshold([float(i) for i in table], list(table.values()))
+    assert found == {"forward": forward, "backward": backward}
+
+
+# (impulse N s, phase, push height m, key): the same walk pushed at several phases, and other walks.
+CASES = [
+    (0.0, 0.0, 0.0, 0),
+    (12.0, 0.0, 0.0, 0),
+    (12.0, 0.5, 0.0, 0),
+    (-8.0, 0.25, 0.1, 0),
+    (1.0, 0.0, 0.0, 1),
+    (-400.0, 0.0, 0.0, 1),
+    (0.0, 0.5, 0.0, 2),
+]
+NONE, AT_ONCE, HALF_WAY, QUARTER, TINY, HUGE, OTHER = range(len(CASES))
+
+
+def scenarios():
+    impulse, phase, height, key = (np.array(column) for column in zip(*CASES, strict=True))
+    many = len(CASES)
+    return Scenario(
+        height=jnp.full(many, 1.8, jnp.float32),
+        mass=jnp.full(many, 75.0, jnp.float32),
+        noise=jnp.full(many, 1.0, jnp.float32),
+        impulse=jnp.float32(impulse),
+        push_ticks=jnp.full(many, PUSH_TICKS, jnp.int32),
+        push_height=jnp.float32(height),
+        phase=jnp.float32(phase),
+        key=jax.vmap(jax.random.key)(key),
+    )
+
+
+class Counted:
+    """The policy: the step that is never adapted; counts how often a program was made of it."""
+
+    def __init__(self):
+        self.traces = 0
+
+    def __call__(self, action, observation):
+        self.traces += 1
+        return action
+
+
+def run(runner, profile):
+    """The trials' ends, and the shares told on the way."""
+    who = walker.person(CONFIG.gait, jnp.float32(1.8), jnp.float32(75))
+    told = list(runner.run(footstep.nominal_action(who), profile, scenarios(), SECONDS))
+    return told[-1][1], [share for share, _ in told]
+
+
+@pytest.fixture(scope="module")
+def profile():
+    return Profile(jnp.full(BINS, 1.1, jnp.float32), jnp.float32(STEP))
+
+
+@pytest.fixture(scope="module")
+def policy():
+    return Counted()
+
+
+@pytest.fixture(scope="module")
+def runner(policy):
+    return Runner(TASK, CONFIG.gait, policy, 8)
+
+
+@pytest.fixture(scope="module")
+def eight(runner, profile):
+    return run(runner, profile)
+
+
+@pytest.fixture(scope="module")
+def trials(eight):
+    return eight[0]
+
+
+def test_progress_rises_to_one(eight):
+    _, shares = eight
+    assert shares == sorted(shares) and shares[-1] == 1.0 and len(shares) > 2
+
+
+def test_trials_do_not_depend_on_the_batch_they_are_run_in(trials, profile):
+    # Seven trials as 8, and as 4 and 4: each part is filled up with trials that nobody reads.
+    four, _ = run(Runner(TASK, CONFIG.gait, lambda action, observation: action, 4), profile)
+    assert four.tally.seconds.shape == trials.tally.seconds.shape == (len(CASES),)
+    np.testing.assert_array_equal(four.state.terminated, trials.state.terminated)
+    np.testing.assert_array_equal(four.touchdowns, trials.touchdowns)
+    np.testing.assert_array_equal(four.state.walker.push.start, trials.state.walker.push.start)
+    # Float32 sums in another order, made larger by a dozen steps' contacts: a walk is stable, so
+    # that differences stay within millimetres.
+    standing = ~trials.state.terminated
+    np.testing.assert_allclose(four.tally.distance[standing], trials.tally.distance[standing], atol=0.02)
+
+
+def test_the_impulse_asked_for_is_the_impulse_delivered(trials):
+    asked = np.array([case[0] for case in CASES])
+    stood = asked != -400
+    np.testing.assert_allclose(trials.tally.impulse[stood], asked[stood], rtol=1e-4, atol=1e-6)
+    # Whoever falls under the push gets what came before.
+    assert -400 <= trials.tally.impulse[HUGE] < 0
+
+
+def test_a_push_begins_at_its_phase_of_the_step(trials):
+    start = trials.state.walker.push.start
+    for case, phase in ((HALF_WAY, 0.5), (QUARTER, 0.25)):
+        # The same walk up to the push: the phases' distance in ticks, one being lost to rounding.
+        assert abs((start[case] - start[AT_ONCE]) - phase * STEP / DT) <= 1
+    assert (start[[NONE, OTHER]] > 10**9).all()
+    # The sixth touch-down is that of a walk under way: a step of 0.4 to 0.7 s each.
+    assert 6 * 0.4 < start[AT_ONCE] * DT < 6 * 0.7
+
+
+def test_pushes_act_on_the_walk(trials):
+    tally = trials.tally
+    assert tally.distance[AT_ONCE] != tally.distance[NONE]
+    assert trials.state.terminated[HUGE] and not trials.state.terminated[[NONE, AT_ONCE, TINY, OTHER]].any()
+    pushed = trials.state.walker.push.start[HUGE] * DT
+    assert pushed < tally.fall_seconds[HUGE] < pushed + 2.0  # 400 N s are 5 m/s
+    assert np.isinf(tally.fall_seconds[[NONE, TINY]]).all()
+
+
+def test_the_tally_of_a_walk_adds_up(trials):
+    tally, one = trials.tally, NONE
+    # Counted from 3 s on.
+    assert tally.seconds[one] == pytest.approx(SECONDS - 3.0, abs=0.01)
+    speed = tally.distance[one] / tally.seconds[one]
+    assert 0.8 < speed < 1.3
+    # Steps tell the same speed as the clock, up to the unfinished ones at both ends.
+    assert tally.step_length[one] / tally.step_seconds[one] == pytest.approx(speed, rel=0.1)
+    assert tally.steps[one] * 0.3 < tally.step_seconds[one] <= tally.seconds[one] + 1.0
+    assert tally.speed_count[one].sum() * DT == pytest.approx(tally.seconds[one], abs=0.01)
+    assert tally.speed_sum[one].sum() / tally.speed_count[one].sum() == pytest.approx(speed, rel=0.05)
+    assert 0.0 < tally.pitch_swing[one] / tally.steps[one] < 0.5
+
+
+def test_recovery_is_told_of_the_pushed_only(trials, profile):
+    recovery = trials.tally.recovery
+    assert np.isinf(recovery[[NONE, OTHER]]).all()
+    assert np.isinf(recovery[HUGE])
+
+
+def test_a_walk_that_a_push_hardly_touches_is_steady_at_once(trials, runner, policy):
+    """Held against its own unpushed walk (the same trials' profile), 1 N s is no disturbance."""
+    tally = trials.tally
+    calm = [NONE, OTHER]
+    speed = tally.speed_sum[calm].sum(0) / np.maximum(tally.speed_count[calm].sum(0), 1)
+    seconds = tally.step_seconds[calm].sum() / tally.steps[calm].sum()
+    before = policy.traces
+    told, _ = run(runner, Profile(jnp.float32(speed), jnp.float32(seconds)))
+    assert policy.traces == before  # one program serves every profile
+    recovery = told.tally.recovery
+    # Noise, and a step that lands some ticks early, may hold it off the profile once.
+    assert recovery[TINY] < 2.0
+    assert recovery[TINY] <= recovery[AT_ONCE]
+    assert recovery[AT_ONCE] < 3.5
+
+
+def test_a_longer_push_of_the_same_impulse_is_a_weaker_one():
+    one = jax.tree.map(lambda x: x[AT_ONCE], scenarios())
+    long = dataclasses.replace(one, push_ticks=jnp.int32(4 * PUSH_TICKS))
+    forces = [float(begin(TASK, CONFIG.gait, s).state.walker.push.force) for s in (one, long)]
+    assert forces == pytest.approx([12 / 0.1, 12 / 0.4])
