@@ -137,16 +137,16 @@ def measure(config: Config, seconds: float, seed: int, tell: Callable[[str], Non
     ticks = count * task.setup.window_ticks
     hits = _Hits()
 
-    def build(name: str, function: Any, *args: Any) -> tuple[Any, float, bool]:
+    def build(name: str, function: Any, *args: Any) -> tuple[Any, tuple[float, bool]]:
         tell(f"compiling {name}")
         begun = time.perf_counter()
         lowered, before = function.lower(*args), hits.count
         program = lowered.compile()
-        return program, time.perf_counter() - begun, hits.count > before
+        return program, (time.perf_counter() - begun, hits.count > before)
 
     keys = jax.random.split(jax.random.key(seed), config.train.walkers)
     fresh = _sharded(partial(_spawn, config, task), mesh)(_split(keys, mesh))
-    tick, *tick_cost = build(TICK, _sharded(partial(walk_ticks, task, count), mesh), fresh)
+    tick, tick_cost = build(TICK, _sharded(partial(walk_ticks, task, count), mesh), fresh)
     tell("walking")
     for _ in range(SETTLE_CALLS):
         fresh = tick(fresh)[0]
@@ -154,10 +154,10 @@ def measure(config: Config, seconds: float, seed: int, tell: Callable[[str], Non
     commands = _sharded(partial(record, task, ticks), mesh)(steppers)
 
     stepped = _sharded(partial(bare_steps, config, task), mesh)
-    bare, *bare_cost = build(BARE, stepped, steppers.walker, commands)
+    bare, bare_cost = build(BARE, stepped, steppers.walker, commands)
 
     state = loop.init(config, mesh, seed)
-    advance, *loop_cost = build(LOOP, loop.make(config, mesh), state)
+    advance, loop_cost = build(LOOP, loop.make(config, mesh), state)
     tell("filling the replay")
     while float(state.learner.updates) == 0:
         state = advance(state)

@@ -8,6 +8,7 @@ runs until the touch-down, so a batch waits for its slowest walker; the trainer'
 from __future__ import annotations
 
 from functools import partial
+from typing import cast
 
 import jax
 import jax.numpy as jnp
@@ -83,13 +84,13 @@ class FootstepEnv(Env):
     def step(self, state: State, action: Float[Array, "2"]) -> State:
         """Take one footstep. A walker that is done stays so and earns 0."""
         key, renew_key = jax.random.split(state.info["rng"])
-        before = self._renew(state.pipeline_state, renew_key)
+        before = self._renew(cast(Stepper, state.pipeline_state), renew_key)
         over = before.done
         after = self._walk(stepper.decide(before, action))
         last = after.last
         # What is not finite closes no footstep: it costs a fall, and the last sound observation stands.
         reward = jnp.where(last.closed, last.transition.reward, self._task.reward.fall)
-        observation = jnp.where(last.closed, last.transition.next_observation, state.obs)
+        observation = jnp.where(last.closed, last.transition.next_observation, cast(Array, state.obs))
         fell, broken, truncation = (_number(x) for x in (after.terminated, after.broken, after.truncated))
         return state.replace(
             pipeline_state=after.replace(truncated=jnp.bool_(False)),

@@ -150,7 +150,7 @@ def film(walk: Walk, stage: Stage, args: RenderArgs, fps: float) -> Iterator[np.
         second = i / fps
         tick = round(second / walk.timestep)
         arrow = _arrow(walk, args, second)
-        picture = Image.fromarray(stage.draw(walk.qpos[tick], path[tick], arrow))
+        picture = Image.fromarray(stage.draw(walk.qpos[tick], float(path[tick]), arrow))
         pen = ImageDraw.Draw(picture)
         pen.text((margin, margin), f"{second:.1f} s", INK, font)
         pen.text((args.width - margin, margin), f"{walk.qpos[tick, 0]:.1f} m", INK, font, anchor="ra")
@@ -188,7 +188,7 @@ def strip(walk: Walk, stage: Stage, args: RenderArgs, times: np.ndarray, band: i
 
     for i, second in enumerate(times):
         tick = round(second / walk.timestep)
-        pose = stage.draw(walk.qpos[tick], path[tick], _arrow(walk, args, second))
+        pose = stage.draw(walk.qpos[tick], float(path[tick]), _arrow(walk, args, second))
         picture.paste(Image.fromarray(pose), (round(i * wide), 0))
         pen.line([across(second), axis, across(second), axis + band // 8], FAINT, 2)
         pen.text(

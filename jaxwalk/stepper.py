@@ -86,7 +86,7 @@ class Stepper:
     broken: Bool[Array, ""]
 
     @property
-    def done(self) -> Bool[Array, ""]:
+    def done(self) -> Bool[Array, "..."]:
         return self.terminated | self.truncated
 
 

@@ -27,9 +27,13 @@ import tyro
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import controllers, physics, runtime, walker
-from jaxwalk.config import Config, PhysicsConfig
-from jaxwalk.similarity import Similarity
+from jaxwalk import runtime
+
+runtime.setup()  # before MJX is imported, so that it is quiet
+
+from jaxwalk import controllers, physics, walker  # noqa: E402
+from jaxwalk.config import Config, PhysicsConfig  # noqa: E402
+from jaxwalk.similarity import Similarity  # noqa: E402
 
 FINE = 0.00025  # s
 LOOKS = (0.1, 0.5)  # s after the start of the replay
@@ -141,13 +145,15 @@ def errors(path: np.ndarray, truth: np.ndarray, timestep: float, truth_step: flo
 
 
 def main(args: Args) -> None:
-    runtime.setup()
     config = Config()
     replay = record(config, args.walkers)
-    fine = lru_cache(lambda timeconst: by_c(config, changed(timestep=FINE, contact_timeconst=timeconst), replay))
 
     def changed(**settings: Any) -> PhysicsConfig:
         return dataclasses.replace(config.physics, **settings)
+
+    @lru_cache
+    def fine(timeconst: float) -> np.ndarray:
+        return by_c(config, changed(timestep=FINE, contact_timeconst=timeconst), replay)
 
     names = ("timestep", "iterations", "ls_iterations", "contact_timeconst")
     grid = itertools.product(args.timesteps, args.iterations, args.ls_iterations, args.contact_timeconsts)
@@ -176,13 +182,14 @@ def main(args: Args) -> None:
         cells = [f"{row['timestep'] * 1e3:g}", str(row["iterations"]), str(row["ls_iterations"])]
         cells += [f"{row['contact_timeconst'] * 1e3:g}", f"{row['simulated_per_second'] / fastest:.2f}"]
         for which in ("same_step", "fine_step"):
-            values = list(row[which].values())
-            cells += [f"{hip * 1e3:.3g} / {pitch * 1e3:.3g}" for hip, pitch in zip(values[::2], values[1::2], strict=True)]
+            thousandths = [1e3 * value for value in row[which].values()]
+            pairs = zip(thousandths[::2], thousandths[1::2], strict=True)
+            cells += [f"{hip:.3g} / {pitch:.3g}" for hip, pitch in pairs]
         table.add_row(*cells)
     Console(width=130).print(table)
     if args.json is not None:
-        table_and_machine = {"rows": rows, "walkers": args.walkers} | runtime.hardware()
-        args.json.write_text(json.dumps(table_and_machine, indent=1))
+        result = {"rows": rows, "walkers": args.walkers} | runtime.hardware()
+        args.json.write_text(json.dumps(result, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 import subprocess
 from functools import partial
+from typing import Any
 
 import imageio.v2 as imageio
 import mujoco
@@ -42,7 +43,7 @@ def walk():
 
 
 def _args(out, **changes):
-    settings = dict(seconds=1.2, width=320, height_px=120, push=30.0, push_time=0.5, fps=10)
+    settings: dict[str, Any] = dict(seconds=1.2, width=320, height_px=120, push=30.0, push_time=0.5, fps=10)
     return RenderArgs(policy="fixed", out=out, **(settings | changes))
 
 

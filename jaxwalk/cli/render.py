@@ -60,7 +60,8 @@ class RenderArgs:
         checks.between("--seconds", self.seconds, 0.1, 600.0, " s")
         checks.between("--speed", self.speed, 0.1, 3.0, " m/s")
         checks.between("--push", self.push, -1000.0, 1000.0, " N s")
-        checks.between("--push-time", self.push_time, 0.0, self.seconds, " s, within --seconds")
+        if self.push != 0:
+            checks.between("--push-time", self.push_time, 0.0, self.seconds, " s, within --seconds")
         checks.between("--push-height", self.push_height, -1.0, 1.0, " m")
         checks.positive("--push-duration", self.push_duration, "seconds")
         checks.person(self.height, self.mass)
