@@ -114,7 +114,7 @@ class GaitConfig:
     """Shortest step that can be commanded, m."""
     length_max: float = 1.3
     """Longest step that can be commanded, m."""
-    duration_min: float = 0.10
+    duration_min: float = 0.08
     """Shortest early swing that can be commanded, s."""
     duration_max: float = 0.35
     """Longest early swing that can be commanded, s."""
@@ -176,11 +176,11 @@ class GaitConfig:
 class PushConfig:
     """The pushes that walkers meet in training."""
 
-    rate: float = 0.4
+    rate: float = 0.5
     """Mean number of pushes a second."""
-    impulse_forward: float = 80.0
+    impulse_forward: float = 75.0
     """Largest push from behind, N s; sizes are uniform from the largest backward to this."""
-    impulse_backward: float = 65.0
+    impulse_backward: float = 60.0
     """Largest push from the front, N s."""
     duration: float = 0.1
     """How long the force lasts, s."""
@@ -246,9 +246,9 @@ class RewardConfig:
     """Weight of (phi / 0.2 rad)^2."""
     zmp_weight: float = 0.1
     """Weight of (d_zmp / 0.3 m)^2."""
-    length_weight: float = 0.1
+    length_weight: float = 0.02
     """Weight of ((l - l_nominal) / 0.3 m)^2, l_nominal being Boulic's step at v_desire."""
-    fall: float = -5.0
+    fall: float = -10.0
     """Added when the walker falls."""
 
 
@@ -258,7 +258,7 @@ class TrainConfig:
 
     walkers: int = 256
     """Walkers that learn side by side."""
-    footsteps: int = 100_000
+    footsteps: int = 80_000
     """Footsteps gathered before training ends."""
     window_ticks: int = 10
     """Ticks between two looks at whether a walker needs a decision."""

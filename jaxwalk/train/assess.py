@@ -14,7 +14,7 @@ from jaxwalk.ddpg.learner import LearnerState
 from jaxwalk.stepper import Task
 from jaxwalk.trials import BINS, PUSH_STEP, Profile, Runner, Scenario, Trial
 
-IMPULSES = (30.0, 50.0, 70.0, 90.0, -30.0, -45.0, -60.0, -75.0)
+IMPULSES = (40.0, 50.0, 60.0, 70.0, -30.0, -40.0, -50.0, -60.0)
 PHASES = 14
 CALM = 16  # walkers that nobody pushes
 SECONDS = 8.0
