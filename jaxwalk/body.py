@@ -90,7 +90,9 @@ def build(config: BodyConfig) -> Body:
     fraction, com, gyration = rows["torso"]
     # Winter measures HAT against hip-to-shoulder; a uniform box fills hip to crown.
     reference = (HIP_TO_SHOULDER if config.table == "winter" else HIP_TO_CROWN) * h
-    torso = Segment(fraction * m, HIP_TO_CROWN * h, (0.0, com * reference), fraction * m * (gyration * reference) ** 2)
+    torso = Segment(
+        fraction * m, HIP_TO_CROWN * h, (0.0, com * reference), fraction * m * (gyration * reference) ** 2
+    )
     fraction, _, gyration = rows["foot"]
     foot = Segment(
         fraction * m,

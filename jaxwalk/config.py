@@ -178,9 +178,9 @@ class PushConfig:
 
     rate: float = 0.5
     """Mean number of pushes a second."""
-    impulse_forward: float = 75.0
+    impulse_forward: float = 70.0
     """Largest push from behind, N s; sizes are uniform from the largest backward to this."""
-    impulse_backward: float = 60.0
+    impulse_backward: float = 52.0
     """Largest push from the front, N s."""
     duration: float = 0.1
     """How long the force lasts, s."""
@@ -194,13 +194,13 @@ class DDPGConfig:
 
     hidden: tuple[int, ...] = (128, 128)
     """Widths of the hidden layers of actor and critic (the paper's: 400 and 300)."""
-    actor_lr: float = 3e-4
+    actor_lr: float = 2e-4
     """Learning rate of the actor."""
     critic_lr: float = 1e-3
     """Learning rate of the critic."""
-    gamma: float = 0.9
+    gamma: float = 0.8
     """Discount per footstep."""
-    tau: float = 0.01
+    tau: float = 0.005
     """Share of the online parameters that enters the targets at each update."""
     batch_size: int = 256
     """Transitions in one update."""
@@ -212,9 +212,9 @@ class DDPGConfig:
     """Updates of the critic before the actor moves: an early critic would lead it astray."""
     updates_per_footstep: float = 0.5
     """Updates for each footstep gathered."""
-    noise_start: float = 0.2
+    noise_start: float = 0.12
     """Standard deviation of the exploration noise at first, in units of half the action range."""
-    noise_end: float = 0.05
+    noise_end: float = 0.04
     """The same at the end of training."""
     noise_spread: float = 4.0
     """Ratio of the noisiest to the quietest walker's exploration (1: all alike)."""

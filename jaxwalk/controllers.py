@@ -33,7 +33,11 @@ class Inertias:
 
 
 def stance_hip_rate(
-    config: GaitConfig, leg: Float[Array, ""], hip_speed: Float[Array, ""], angle: Float[Array, ""], pitch: Float[Array, ""]
+    config: GaitConfig,
+    leg: Float[Array, ""],
+    hip_speed: Float[Array, ""],
+    angle: Float[Array, ""],
+    pitch: Float[Array, ""],
 ) -> Float[Array, ""]:
     """Commanded hip rate of the stance leg, rad/s (eqs 6-13).
 
@@ -61,12 +65,16 @@ def early_swing_hip_rate(
     return jnp.clip(rate, -config.swing_rate_max, config.swing_rate_max)
 
 
-def terminal_swing_hip_rate(config: GaitConfig, target: Float[Array, ""], angle: Float[Array, ""]) -> Float[Array, ""]:
+def terminal_swing_hip_rate(
+    config: GaitConfig, target: Float[Array, ""], angle: Float[Array, ""]
+) -> Float[Array, ""]:
     """Hip rate that holds ``target`` while the knee straightens, rad/s."""
     return config.terminal_hip_gain * (target - angle)
 
 
-def swing_target(config: GaitConfig, leg: Float[Array, ""], length: Float[Array, ""], pitch: Float[Array, ""]) -> Float[Array, ""]:
+def swing_target(
+    config: GaitConfig, leg: Float[Array, ""], length: Float[Array, ""], pitch: Float[Array, ""]
+) -> Float[Array, ""]:
     """Hip angle whose straight leg would land half of ``length`` ahead of the hip, rad.
 
     Relative to the torso, plus a share of its pitch.
@@ -74,7 +82,9 @@ def swing_target(config: GaitConfig, leg: Float[Array, ""], length: Float[Array,
     return jnp.arcsin(jnp.clip(0.5 * length / leg, -0.95, 0.95)) + config.swing_pitch_gain * pitch
 
 
-def leg_inertia(leg_mass: Float[Array, ""], half: Float[Array, ""], knee: Float[Array, ""]) -> Float[Array, ""]:
+def leg_inertia(
+    leg_mass: Float[Array, ""], half: Float[Array, ""], knee: Float[Array, ""]
+) -> Float[Array, ""]:
     """J_leg about the hip of two rods of ``half`` m and ``leg_mass`` kg, knee flexed by ``knee`` (eq. 20).
 
     The paper's b is the knee's inner angle, pi - ``knee``: a straight leg is one rod of twice the length.
@@ -124,7 +134,9 @@ def push_off(
     return jnp.minimum(torque, limit), jnp.minimum(seconds, config.toe_off_duration_max)
 
 
-def ankle_servo(config: GaitConfig, target: Float[Array, ""], angle: Float[Array, ""], rate: Float[Array, ""]) -> Float[Array, ""]:
+def ankle_servo(
+    config: GaitConfig, target: Float[Array, ""], angle: Float[Array, ""], rate: Float[Array, ""]
+) -> Float[Array, ""]:
     """Torque that holds a foot in the air, N m, dorsiflexion positive."""
     return config.ankle_stiffness * (target - angle) - config.ankle_rate_gain * rate
 
@@ -132,7 +144,10 @@ def ankle_servo(config: GaitConfig, target: Float[Array, ""], angle: Float[Array
 def command(config: GaitConfig, body: Skeleton, gait: GaitState, estimate: Estimate) -> Float[Array, "6"]:
     """All six actuators: hip rate (rad/s), knee angle (rad), ankle torque (N m); left, right."""
     stance, swing = gait.stance, 1 - gait.stance
-    thigh, shank = thigh_angles(estimate.joints, estimate.pitch), shank_angles(estimate.joints, estimate.pitch)
+    thigh, shank = (
+        thigh_angles(estimate.joints, estimate.pitch),
+        shank_angles(estimate.joints, estimate.pitch),
+    )
     leg = body.leg
     phase = swing_phase(gait)
     progress = swing_progress(gait)
@@ -141,7 +156,7 @@ def command(config: GaitConfig, body: Skeleton, gait: GaitState, estimate: Estim
     hip_speed = estimate.speed - body.torso * estimate.pitch_rate
     stance_hip = stance_hip_rate(config, leg, hip_speed, thigh[stance], estimate.pitch)
 
-    hip, knee, ankle = estimate.joints[swing]
+    hip, _, ankle = estimate.joints[swing]
     target = swing_target(config, leg, gait.length, estimate.pitch)
     early_hip = early_swing_hip_rate(config, target, hip, (1.0 - progress) * gait.duration)
     swing_hip = jnp.where(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -72,7 +73,9 @@ class Pushes:
     impulse_delivered: list[float]
 
 
-def scenario_batch(subject: Subject, impulses: np.ndarray, phases: np.ndarray, args: EvaluateArgs, seed: int) -> Scenario:
+def scenario_batch(
+    subject: Subject, impulses: np.ndarray, phases: np.ndarray, args: EvaluateArgs, seed: int
+) -> Scenario:
     """[N] scenarios on the subject's body, one for each (impulse, phase)."""
     body, count = subject.config.body, len(impulses)
     ticks = max(1, round(args.push_duration / subject.config.physics.timestep))
@@ -103,7 +106,9 @@ def threshold(impulses: Sequence[float], survival: Sequence[float]) -> dict[str,
     """
     found = {"forward": 0.0, "backward": 0.0}
     for name, sign in (("forward", 1), ("backward", -1)):
-        for size, share in sorted((sign * i, s) for i, s in zip(impulses, survival, strict=True) if sign * i > 0):
+        for size, share in sorted(
+            (sign * i, s) for i, s in zip(impulses, survival, strict=True) if sign * i > 0
+        ):
             if share < SURVIVED:
                 break
             found[name] = size
@@ -121,10 +126,7 @@ def evaluate(subject: Subject, args: EvaluateArgs, tell: Tell = lambda what, sha
     runner = Runner(task, subject.config.gait, subject.act, min(BATCH, most))
 
     def follow(what: str, scenarios: Scenario, profile: Profile, seconds: float) -> Trial:
-        for share, trials in runner.run(subject.params, profile, scenarios, seconds):
-            tell(what, share)
-        assert trials is not None
-        return trials
+        return runner.run(subject.params, profile, scenarios, seconds, partial(tell, what))
 
     blank = Profile(jnp.zeros(BINS), jnp.float32(0.6))
     none = np.zeros(args.walkers, np.float32)
@@ -164,7 +166,9 @@ def _profile(trials: Trial) -> Profile:
     return Profile(jnp.asarray(speed, jnp.float32), jnp.float32(seconds if seconds > 0 else 0.6))
 
 
-def _push_test(subject: Subject, args: EvaluateArgs, profile: Profile, follow: Callable[..., Trial]) -> Pushes:
+def _push_test(
+    subject: Subject, args: EvaluateArgs, profile: Profile, follow: Callable[..., Trial]
+) -> Pushes:
     impulses = np.array(sorted(args.impulses), np.float32)
     phases = np.arange(args.phases, dtype=np.float32) / args.phases
     shape = (len(impulses), len(phases), args.replicas)
@@ -191,7 +195,9 @@ def _push_test(subject: Subject, args: EvaluateArgs, profile: Profile, follow: C
 
 def main(args: EvaluateArgs) -> None:
     """The command."""
-    subject = subjects.load(args.policy, speed=args.speed, height=args.height, mass=args.mass, noise=args.noise)
+    subject = subjects.load(
+        args.policy, speed=args.speed, height=args.height, mass=args.mass, noise=args.noise
+    )
     console = Console()
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         bars: dict[str, Any] = {}
@@ -216,12 +222,22 @@ def _print(console: Console, name: str, result: dict[str, Any]) -> None:
     if "pushes" not in result:
         return
     pushes = result["pushes"]
-    table = Table("impulse, N s", "survival", "worst phase", "steady again", "mean recovery, s", title="pushed")
-    rows = zip(pushes["impulses"], pushes["survival"], pushes["steady"], pushes["recovery_seconds"], strict=True)
+    table = Table(
+        "impulse, N s", "survival", "worst phase", "steady again", "mean recovery, s", title="pushed"
+    )
+    rows = zip(
+        pushes["impulses"], pushes["survival"], pushes["steady"], pushes["recovery_seconds"], strict=True
+    )
     for impulse, survival, steady, recovery in rows:
         known = [x for x in recovery if x is not None]
         mean = f"{sum(known) / len(known):.2f}" if known else "-"
-        table.add_row(f"{impulse:+g}", f"{np.mean(survival):.3f}", f"{min(survival):.3f}", f"{np.mean(steady):.3f}", mean)
+        table.add_row(
+            f"{impulse:+g}",
+            f"{np.mean(survival):.3f}",
+            f"{min(survival):.3f}",
+            f"{np.mean(steady):.3f}",
+            mean,
+        )
     console.print(table)
     found = result["threshold"]
     reached = {"forward": max(pushes["impulses"], default=0), "backward": -min(pushes["impulses"], default=0)}

@@ -74,7 +74,9 @@ def to_action(who: Person, command: Float[Array, "2"]) -> Float[Array, "2"]:
 def nominal_action(who: Person) -> Float[Array, "2"]:
     """The step before learning: the height-to-stride-length ratio's, as an action."""
     numbers = who.gait
-    return to_action(who, jnp.stack([jnp.asarray(numbers.length_nominal), jnp.asarray(numbers.duration_nominal)]))
+    return to_action(
+        who, jnp.stack([jnp.asarray(numbers.length_nominal), jnp.asarray(numbers.duration_nominal)])
+    )
 
 
 def reward(

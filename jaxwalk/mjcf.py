@@ -30,7 +30,13 @@ def _inertial(body: mujoco.MjsBody, segment: Segment) -> None:
     body.inertia = [segment.inertia, segment.inertia, 0.5 * segment.inertia]
 
 
-def _box(body: mujoco.MjsBody, name: str, centre: tuple[float, float, float], half: tuple[float, float, float], rgba: list[float]) -> None:
+def _box(
+    body: mujoco.MjsBody,
+    name: str,
+    centre: tuple[float, float, float],
+    half: tuple[float, float, float],
+    rgba: list[float],
+) -> None:
     body.add_geom(
         name=name,
         type=mujoco.mjtGeom.mjGEOM_BOX,
@@ -44,7 +50,14 @@ def _box(body: mujoco.MjsBody, name: str, centre: tuple[float, float, float], ha
     )
 
 
-def _leg(spec: mujoco.MjSpec, torso: mujoco.MjsBody, side: str, body: Body, scale: Similarity, physics: PhysicsConfig) -> None:
+def _leg(
+    spec: mujoco.MjSpec,
+    torso: mujoco.MjsBody,
+    side: str,
+    body: Body,
+    scale: Similarity,
+    physics: PhysicsConfig,
+) -> None:
     rgba = [0.20, 0.45, 0.75, 1.0] if side == "left" else [0.85, 0.45, 0.20, 1.0]
     lateral = 0.05 * body.height * (1 if side == "left" else -1)  # drawing only: the plane has no y
     width = 0.025 * body.height
@@ -53,18 +66,41 @@ def _leg(spec: mujoco.MjSpec, torso: mujoco.MjsBody, side: str, body: Body, scal
     thigh = torso.add_body(name=f"thigh_{side}", pos=[0, 0, 0])
     _inertial(thigh, body.thigh)
     thigh.add_joint(name=f"hip_{side}", axis=[0, -1, 0], **hinge)
-    _box(thigh, f"thigh_{side}", (0.0, lateral, -body.thigh.length / 2), (1.2 * width, width, body.thigh.length / 2), rgba)
+    _box(
+        thigh,
+        f"thigh_{side}",
+        (0.0, lateral, -body.thigh.length / 2),
+        (1.2 * width, width, body.thigh.length / 2),
+        rgba,
+    )
 
     shank = thigh.add_body(name=f"shank_{side}", pos=[0, 0, -body.thigh.length])
     _inertial(shank, body.shank)
     shank.add_joint(name=f"knee_{side}", axis=[0, 1, 0], **hinge)
-    _box(shank, f"shank_{side}", (0.0, lateral, -body.shank.length / 2), (width, 0.8 * width, body.shank.length / 2), rgba)
+    _box(
+        shank,
+        f"shank_{side}",
+        (0.0, lateral, -body.shank.length / 2),
+        (width, 0.8 * width, body.shank.length / 2),
+        rgba,
+    )
 
     foot = shank.add_body(name=f"foot_{side}", pos=[0, 0, -body.shank.length])
     _inertial(foot, body.foot)
-    foot.add_joint(name=f"ankle_{side}", axis=[0, -1, 0], damping=physics.ankle_damping * scale.rotational_damping, **hinge)
+    foot.add_joint(
+        name=f"ankle_{side}",
+        axis=[0, -1, 0],
+        damping=physics.ankle_damping * scale.rotational_damping,
+        **hinge,
+    )
     middle, half = (body.heel + body.toe) / 2, (body.toe - body.heel) / 2
-    _box(foot, f"foot_{side}", (middle, lateral, -0.75 * body.foot.length), (half, width, 0.25 * body.foot.length), rgba)
+    _box(
+        foot,
+        f"foot_{side}",
+        (middle, lateral, -0.75 * body.foot.length),
+        (half, width, 0.25 * body.foot.length),
+        rgba,
+    )
     radius = SOLE_RADIUS * body.height
     for end, x in (("heel", body.heel + radius), ("toe", body.toe - radius)):
         name = f"{end}_{side}"
@@ -144,20 +180,31 @@ def build(body: Body, physics: PhysicsConfig) -> mujoco.MjSpec:
     spec.visual.global_.offwidth, spec.visual.global_.offheight = 1920, 1080
     world = spec.worldbody
     grid = spec.add_texture(
-        name="grid", type=mujoco.mjtTexture.mjTEXTURE_2D, builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
-        rgb1=[0.93, 0.94, 0.95], rgb2=[0.83, 0.85, 0.87], width=256, height=256,
+        name="grid",
+        type=mujoco.mjtTexture.mjTEXTURE_2D,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
+        rgb1=[0.93, 0.94, 0.95],
+        rgb2=[0.83, 0.85, 0.87],
+        width=256,
+        height=256,
     )
     material = spec.add_material(name="grid", texrepeat=[2, 2], texuniform=True)
     material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = grid.name
     world.add_geom(
-        name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1], material="grid",
-        contype=0, conaffinity=0,
+        name="floor",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[0, 0, 1],
+        material="grid",
+        contype=0,
+        conaffinity=0,
     )
     world.add_light(pos=[0, -3, 6], dir=[0, 0.4, -1], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
 
     torso = world.add_body(name="torso", pos=[0, 0, 0])
     _inertial(torso, body.torso)
-    for name, kind, axis in zip(JOINTS, ("SLIDE", "SLIDE", "HINGE"), ([1, 0, 0], [0, 0, 1], [0, 1, 0])):
+    for name, kind, axis in zip(
+        JOINTS, ("SLIDE", "SLIDE", "HINGE"), ([1, 0, 0], [0, 0, 1], [0, 1, 0]), strict=False
+    ):
         torso.add_joint(name=name, type=getattr(mujoco.mjtJoint, f"mjJNT_{kind}"), axis=axis)
     trunk, head = 0.8 * body.torso.length, 0.2 * body.torso.length
     grey = [0.35, 0.38, 0.42, 1.0]
@@ -171,8 +218,10 @@ def build(body: Body, physics: PhysicsConfig) -> mujoco.MjSpec:
 
     def sensor(name: str, kind: str, target: str) -> None:
         spec.add_sensor(
-            name=name, type=getattr(mujoco.mjtSensor, f"mjSENS_{kind}"),
-            objtype=mujoco.mjtObj.mjOBJ_SITE, objname=target,
+            name=name,
+            type=getattr(mujoco.mjtSensor, f"mjSENS_{kind}"),
+            objtype=mujoco.mjtObj.mjOBJ_SITE,
+            objname=target,
         )
 
     sensor("imu_velocity", "FRAMELINVEL", "imu")

@@ -29,6 +29,7 @@ _LEAVES = {
     "body_subtreemass": (0, 1),
     "body_inertia": (2, 1),
     "geom_pos": (1, 0),
+    "geom_rbound": (1, 0),
     "site_pos": (1, 0),
     "dof_damping": (1.5, 1),
     "actuator_forcerange": (1, 1),
@@ -96,9 +97,7 @@ def model_of(config: BodyConfig, physics: PhysicsConfig, body: Similarity) -> mj
     model = _reference(config, physics)
     base = Similarity.of(config.height, config.mass)
     h, m = body.length / base.length, body.mass / base.mass
-    leaves = {
-        name: getattr(model, name) * jnp.float32(h**p * m**q) for name, (p, q) in _LEAVES.items()
-    }
+    leaves = {name: getattr(model, name) * jnp.float32(h**p * m**q) for name, (p, q) in _LEAVES.items()}
     translational, rotational = 1 / m, 1 / (m * h**2)
     weights = jnp.stack([jnp.float32(translational), jnp.float32(rotational)])
     dof = jnp.where(jnp.arange(9) < 2, weights[0], weights[1])
@@ -110,12 +109,30 @@ def model_of(config: BodyConfig, physics: PhysicsConfig, body: Similarity) -> mj
     gain = jnp.where(hip, damping, jnp.where(knee, stiffness, 1.0))
     bias = model.actuator_biasprm
     bias = bias.at[:, 1].multiply(stiffness).at[:, 2].multiply(damping)
+    floor = jnp.asarray(model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE))  # the floor is nobody's
     return model.replace(
         **leaves,
+        geom_size=model.geom_size * jnp.where(floor, 1.0, h)[:, None],
         body_invweight0=model.body_invweight0 * weights,
         dof_invweight0=model.dof_invweight0 * dof,
         actuator_gainprm=model.actuator_gainprm * gain[:, None],
         actuator_biasprm=bias,
+    )
+
+
+def _saturated(model: mjx.Model, plant: Plant, command: Float[Array, "6"]) -> mjx.Model:
+    """Servos at their limit become constant torques.
+
+    C MuJoCo does so within ``implicitfast``: a clamped force has no derivative. MJX keeps
+    the derivative, which brakes a saturated hip like 0.6 kg m^2 of inertia would.
+    """
+    gain, bias = model.actuator_gainprm, model.actuator_biasprm
+    force = gain[:, 0] * command + bias[:, 0] + bias[:, 1] * plant.qpos[3:] + bias[:, 2] * plant.qvel[3:]
+    low, high = model.actuator_forcerange[:, 0], model.actuator_forcerange[:, 1]
+    clamped = ((force < low) | (force > high))[:, None]
+    constant = jnp.zeros_like(bias).at[:, 0].set(jnp.clip(force, low, high))
+    return model.replace(
+        actuator_gainprm=jnp.where(clamped, 0.0, gain), actuator_biasprm=jnp.where(clamped, constant, bias)
     )
 
 
@@ -134,6 +151,7 @@ def step(
       push: [2] forward force at the torso's centre of mass (N) and pitching moment (N m).
     """
     data = _template(config, physics)
+    model = _saturated(model, plant, command)
     wrench = jnp.zeros((model.nbody, 6)).at[1, 0].set(push[0]).at[1, 4].set(push[1])
     data = data.replace(
         qpos=plant.qpos,

@@ -33,7 +33,11 @@ def none() -> Push:
 
 
 def of_impulse(
-    impulse: Float[Array, ""], start: Int[Array, ""], duration: float, timestep: float, height: Float[Array, ""]
+    impulse: Float[Array, ""],
+    start: Int[Array, ""],
+    duration: float,
+    timestep: float,
+    height: Float[Array, ""],
 ) -> Push:
     """A push of ``impulse`` N s spread over the whole ticks nearest to ``duration`` s.
 

@@ -91,7 +91,9 @@ def filter_step(
     return history, prior + jnp.asarray(kalman_gain(config, timestep)) @ (mean - prior)
 
 
-def start(config: SensorConfig, key: PRNGKeyArray, noise: Float[Array, ""], speed: Float[Array, ""]) -> SensorState:
+def start(
+    config: SensorConfig, key: PRNGKeyArray, noise: Float[Array, ""], speed: Float[Array, ""]
+) -> SensorState:
     """Instruments at rest on a walker that moves at ``speed`` m/s; biases drawn once."""
     spread = jnp.array([config.velocity_bias, config.acceleration_bias, config.pitch_bias])
     settled = jnp.stack([speed, jnp.zeros_like(speed)])
@@ -131,7 +133,9 @@ def measure(
     return state.replace(last_velocity=velocity, history=history, filtered=filtered), estimate
 
 
-def zmp_distance(body: Skeleton, estimate: Estimate, stance: Float[Array, "2"] | Bool[Array, "2"]) -> Float[Array, ""]:
+def zmp_distance(
+    body: Skeleton, estimate: Estimate, stance: Float[Array, "2"] | Bool[Array, "2"]
+) -> Float[Array, ""]:
     """d_zmp, m: how far the zero-moment point lies ahead of the stance ankle.
 
     Cart-table model (eq. 4): y_zmp = y_com - (y_com'' / g) z_com, the torso's centre

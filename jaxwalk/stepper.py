@@ -13,7 +13,7 @@ from mujoco import mjx
 from jaxwalk import footstep, walker
 from jaxwalk.config import Config, GaitConfig, RewardConfig
 from jaxwalk.ddpg.types import Transition
-from jaxwalk.walker import Person, Setup, Walker
+from jaxwalk.walker import Setup, Walker
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,12 @@ def select(condition: Bool[Array, ""], new, old):
 
 
 def start(
-    task: Task, numbers: GaitConfig, height: Float[Array, ""], mass: Float[Array, ""], noise: Float[Array, ""], key: PRNGKeyArray
+    task: Task,
+    numbers: GaitConfig,
+    height: Float[Array, ""],
+    mass: Float[Array, ""],
+    noise: Float[Array, ""],
+    key: PRNGKeyArray,
 ) -> Stepper:
     """A new walker whose front foot has just landed, so that its first decision is due."""
     who = walker.person(numbers, height, mass)

@@ -77,9 +77,9 @@ def fixed_beside(subject: Subject) -> Subject:
 
 def _nominal(config: Config) -> Float[Array, "2"]:
     body = config.body
-    return jax.jit(
-        lambda h, m: footstep.nominal_action(walker.person(config.gait, h, m))
-    )(jnp.float32(body.height), jnp.float32(body.mass))
+    return jax.jit(lambda h, m: footstep.nominal_action(walker.person(config.gait, h, m)))(
+        jnp.float32(body.height), jnp.float32(body.mass)
+    )
 
 
 def _changed(

@@ -6,8 +6,9 @@ evaluations within training all run through it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
+from operator import itemgetter
 
 import jax
 import jax.numpy as jnp
@@ -112,7 +113,7 @@ class Trial:
       touchdowns: so far.
       tally: what was counted.
       earned, weight: discounted return since the first decision, and the discount reached.
-      first: the observation of the first decision, [O], and ``first_action`` [2] its answer.
+      first: [O], the observation of the first decision.
     """
 
     scenario: Scenario
@@ -135,9 +136,22 @@ def begin(task: Task, numbers: GaitConfig, scenario: Scenario) -> Trial:
     state = state.replace(walker=state.walker.replace(push=push))
     zero, bins = jnp.zeros(()), jnp.zeros(BINS)
     tally = Tally(
-        seconds=zero, distance=zero, pitch=zero, pitch_high=jnp.float32(-jnp.inf), pitch_low=jnp.float32(jnp.inf),
-        pitch_swing=zero, steps=zero, step_length=zero, step_seconds=zero, speed_sum=bins, speed_count=bins,
-        impulse=zero, off=zero, steady=zero, recovery=jnp.float32(jnp.inf), fall_seconds=jnp.float32(jnp.inf),
+        seconds=zero,
+        distance=zero,
+        pitch=zero,
+        pitch_high=jnp.float32(-jnp.inf),
+        pitch_low=jnp.float32(jnp.inf),
+        pitch_swing=zero,
+        steps=zero,
+        step_length=zero,
+        step_seconds=zero,
+        speed_sum=bins,
+        speed_count=bins,
+        impulse=zero,
+        off=zero,
+        steady=zero,
+        recovery=jnp.float32(jnp.inf),
+        fall_seconds=jnp.float32(jnp.inf),
     )
     return Trial(scenario, state, jnp.int32(0), tally, zero, jnp.ones(()), state.observation)
 
@@ -160,7 +174,9 @@ def _tick(task: Task, profile: Profile, model, trial: Trial) -> Trial:
     return stepper.select(before.done, trial, moved)
 
 
-def _count(task: Task, profile: Profile, tally: Tally, before: Stepper, after: Stepper, landed: Bool[Array, ""]) -> Tally:
+def _count(
+    task: Task, profile: Profile, tally: Tally, before: Stepper, after: Stepper, landed: Bool[Array, ""]
+) -> Tally:
     dt, body = task.setup.timestep, after.walker
     seconds = body.tick * dt
     counts = (seconds > SETTLE_SECONDS).astype(jnp.float32)
@@ -193,7 +209,9 @@ def _count(task: Task, profile: Profile, tally: Tally, before: Stepper, after: S
         off=off,
         steady=steady,
         recovery=jnp.where(recovered, jnp.maximum(since - steady, 0.0), tally.recovery),
-        fall_seconds=jnp.where(after.terminated, jnp.minimum(tally.fall_seconds, seconds), tally.fall_seconds),
+        fall_seconds=jnp.where(
+            after.terminated, jnp.minimum(tally.fall_seconds, seconds), tally.fall_seconds
+        ),
     )
 
 
@@ -204,7 +222,9 @@ def advance(task: Task, act: Act, windows: int, params: Params, profile: Profile
     def window(_, trial: Trial) -> Trial:
         answered = stepper.decide(trial.state, act(params, trial.state.observation))
         trial = trial.replace(state=answered)
-        return jax.lax.fori_loop(0, task.setup.window_ticks, lambda _, t: _tick(task, profile, model, t), trial)
+        return jax.lax.fori_loop(
+            0, task.setup.window_ticks, lambda _, t: _tick(task, profile, model, t), trial
+        )
 
     return jax.lax.fori_loop(0, windows, window, trial)
 
@@ -232,7 +252,9 @@ class Runner:
         rows, same = PartitionSpec("walkers"), PartitionSpec()
 
         def sharded(function, *specs):
-            mapped = jax.shard_map(function, mesh=devices_mesh(), in_specs=specs, out_specs=rows, check_vma=False)
+            mapped = jax.shard_map(
+                function, mesh=devices_mesh(), in_specs=specs, out_specs=rows, check_vma=False
+            )
             return jax.jit(mapped, donate_argnums=len(specs) - 1)
 
         self._begin = sharded(jax.vmap(partial(begin, task, numbers)), rows)
@@ -240,26 +262,41 @@ class Runner:
         self._advance = sharded(lambda p, f, t: jax.vmap(lambda one: each(p, f, one))(t), same, same, rows)
 
     def run(
-        self, params: Params, profile: Profile, scenarios: Scenario, seconds: float
-    ) -> Iterator[tuple[float, Trial | None]]:
-        """Advance [N] scenarios; yields (share done, None), and at last (1, trials [N] on the host)."""
+        self,
+        params: Params,
+        profile: Profile,
+        scenarios: Scenario,
+        seconds: float,
+        tell: Callable[[float], None] = lambda share: None,
+    ) -> Trial:
+        """Advance [N] scenarios by ``seconds``, rounded up to whole segments.
+
+        Args:
+          tell: called with the share that is done after each segment.
+
+        Returns:
+          The trials [N], on the host.
+        """
         count = scenarios.impulse.shape[0]
         parts = -(-count // self.batch)
-        segments = max(1, int(np.ceil(seconds / (self._windows * self.task.setup.window_ticks * self.task.setup.timestep) - 1e-9)))
+        setup = self.task.setup
+        segments = max(
+            1, int(np.ceil(seconds / (self._windows * setup.window_ticks * setup.timestep) - 1e-9))
+        )
         done = []
         for part in range(parts):
             # The last part is filled up with trials that nobody reads.
             index = np.arange(part * self.batch, (part + 1) * self.batch) % count
-            trials = self._begin(jax.tree.map(lambda x: x[index], scenarios))
+            trials = self._begin(jax.tree.map(itemgetter(index), scenarios))
             for segment in range(segments):
                 trials = self._advance(params, profile, trials)
                 jax.block_until_ready(trials.tally.seconds)
-                yield (part * segments + segment + 1) / (parts * segments + 1), None
-            done.append(jax.device_get(trials.replace(scenario=trials.scenario.replace(key=None), state=_without_keys(trials.state))))
-        joined = jax.tree.map(lambda *x: np.concatenate(x)[:count], *done)
-        yield 1.0, joined
+                tell((part * segments + segment + 1) / (parts * segments))
+            done.append(jax.device_get(_without_keys(trials)))
+        return jax.tree.map(lambda *x: np.concatenate(x)[:count], *done)
 
 
-def _without_keys(state: Stepper) -> Stepper:
+def _without_keys(trials: Trial) -> Trial:
     """Random keys cannot leave the device as plain arrays, and nobody reads them there."""
-    return state.replace(walker=state.walker.replace(key=None))
+    body = trials.state.walker.replace(key=None)
+    return trials.replace(scenario=trials.scenario.replace(key=None), state=trials.state.replace(walker=body))

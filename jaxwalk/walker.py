@@ -153,7 +153,13 @@ def start(
     state = sensors.start(setup.sensors, sensor_key, noise, speed)
     zero = jnp.zeros(())
     estimate = sensors.Estimate(
-        speed=speed, acceleration=zero, pitch=pitch, pitch_rate=zero, joints=joints, joint_rates=rates, touch=jnp.zeros(2)
+        speed=speed,
+        acceleration=zero,
+        pitch=pitch,
+        pitch_rate=zero,
+        joints=joints,
+        joint_rates=rates,
+        touch=jnp.zeros(2),
     )
     numbers = who.gait
     torque, seconds = _toe_off(setup, who, bones, estimate, 1 - stance)
@@ -169,7 +175,11 @@ def start(
 
 
 def _toe_off(
-    setup: Setup, who: Person, bones: kinematics.Skeleton, estimate: sensors.Estimate, trailing: Int[Array, ""]
+    setup: Setup,
+    who: Person,
+    bones: kinematics.Skeleton,
+    estimate: sensors.Estimate,
+    trailing: Int[Array, ""],
 ) -> tuple[Float[Array, ""], Float[Array, ""]]:
     angle = kinematics.thigh_angles(estimate.joints, estimate.pitch)[trailing]
     knee = estimate.joints[trailing, 1]

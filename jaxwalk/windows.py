@@ -48,8 +48,9 @@ def check(config: Config) -> None:
     seconds = config.train.window_ticks * config.physics.timestep
     if seconds > toe_off:
         raise UserError(
-            f"train.window_ticks {config.train.window_ticks} last {seconds:.3f} s, longer than the shortest toe-off, "
-            f"{toe_off:.3f} s: give at most {int(toe_off / config.physics.timestep)}"
+            f"train.window_ticks {config.train.window_ticks} last {seconds:.3f} s, "
+            f"longer than the shortest toe-off, {toe_off:.3f} s: "
+            f"give at most {int(toe_off / config.physics.timestep)}"
         )
 
 

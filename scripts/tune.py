@@ -24,7 +24,7 @@ import numpy as np
 import tyro
 from jax.sharding import AxisType, PartitionSpec
 
-from jaxwalk import pushes, runtime, walker
+from jaxwalk import pushes, runtime, stepper, walker
 from jaxwalk.config import Config
 
 # name: (least, most); CMA-ES works on the unit cube.
@@ -84,9 +84,7 @@ def scenarios() -> dict[str, np.ndarray]:
 
 def unpack(config: Config, unit: jax.Array):
     """Controller numbers and the [2, 4] rule of one candidate."""
-    values = {
-        name: low + (high - low) * unit[i] for i, (name, (low, high)) in enumerate(GAIT.items())
-    }
+    values = {name: low + (high - low) * unit[i] for i, (name, (low, high)) in enumerate(GAIT.items())}
     rule = (2 * unit[len(GAIT) :].reshape(2, 4) - 1) * RULE
     return dataclasses.replace(config.gait, **values), rule
 
@@ -114,13 +112,9 @@ def episode(setup: walker.Setup, config: Config, unit, scenario, key):
             jnp.stack([numbers.length_min, numbers.duration_min]),
             jnp.stack([numbers.length_max, numbers.duration_max]),
         )
-        decided = walker.decide(after, action)
-        after = after.replace(
-            gait=jax.tree.map(partial(jnp.where, event.touchdown), decided.gait, after.gait)
-        )
+        after = stepper.select(event.touchdown, walker.decide(after, action), after)
         # A fallen walker stays frozen; its NaNs must not spread.
-        keep = lambda new, old: new if jnp.issubdtype(new.dtype, jax.dtypes.prng_key) else jnp.where(alive, new, old)  # noqa: E731
-        state = jax.tree.map(keep, after, state)
+        state = stepper.select(alive, after, state)
         dt = alive * setup.timestep
         speed += dt * state.plant.qvel[0]
         wobble += dt * (state.plant.qpos[2] - 0.08) ** 2
@@ -144,7 +138,11 @@ def evaluator(config: Config):
     mesh = jax.make_mesh((jax.device_count(),), ("p",), axis_types=(AxisType.Auto,))
     spec = PartitionSpec("p")
     run = jax.shard_map(
-        jax.vmap(candidate, in_axes=(0, None)), mesh=mesh, in_specs=(spec, PartitionSpec()), out_specs=spec, check_vma=False
+        jax.vmap(candidate, in_axes=(0, None)),
+        mesh=mesh,
+        in_specs=(spec, PartitionSpec()),
+        out_specs=spec,
+        check_vma=False,
     )
     run = jax.jit(run)
     return lambda units, key: jax.device_get(run(units, jax.random.split(key, count))), scenarios()
@@ -171,7 +169,9 @@ def main(args: Args) -> None:
     if args.start:
         mean = np.array(json.loads(args.start.read_text())["unit"])
     bounds = np.tile([0.0, 1.0], (len(mean), 1))
-    search = cmaes.CMA(mean=mean, sigma=args.sigma, bounds=bounds, population_size=args.population, seed=args.seed)
+    search = cmaes.CMA(
+        mean=mean, sigma=args.sigma, bounds=bounds, population_size=args.population, seed=args.seed
+    )
     for generation in range(args.generations):
         started = time.perf_counter()
         units = np.stack([search.ask() for _ in range(args.population - 1)] + [search.mean])
@@ -179,12 +179,14 @@ def main(args: Args) -> None:
         results = evaluate(jnp.asarray(units, jnp.float32), jax.random.key(args.seed * 1000 + generation))
         costs = cost(results, table)
         extra = search.ask()  # CMA-ES wants a full population; the mean itself is only watched
-        search.tell([*zip(units[:-1], costs[:-1]), (extra, float(costs[:-1].max()))])
+        search.tell([*zip(units[:-1], costs[:-1], strict=True), (extra, float(costs[:-1].max()))])
         mine = {i: results["alive"][-1][table["impulse"] == i].mean() for i in (0.0, *IMPULSES)}
+        speed = results["speed"][-1][table["impulse"] == 0].mean()
+        fixed = results["alive"][-1][table["adapts"] == 0].mean()
         print(
-            f"{generation:3d} best {costs.min():.3f} mean's {costs[-1]:.3f} speed {results['speed'][-1][table['impulse'] == 0].mean():.2f} "
+            f"{generation:3d} best {costs.min():.3f} mean's {costs[-1]:.3f} speed {speed:.2f} "
             + " ".join(f"{i:+.0f}:{s:.2f}" for i, s in mine.items())
-            + f"  fixed {results['alive'][-1][table['adapts'] == 0].mean():.2f} {time.perf_counter() - started:.0f}s",
+            + f"  fixed {fixed:.2f} {time.perf_counter() - started:.0f}s",
             flush=True,
         )
         numbers, rule = unpack(config, jnp.asarray(search.mean, jnp.float32))

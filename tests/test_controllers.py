@@ -17,7 +17,7 @@ NUMBERS = GaitConfig(
     speed_desired=1.0, pitch_nominal=0.02, stance_rate_max=6.0, stance_speed_min=0.5, swing_rate_max=8.0,
     swing_pitch_gain=0.5, swing_knee=1.2, swing_knee_share=0.6, swing_ankle=0.25, terminal_hip_gain=5.0,
     ankle_stiffness=77.0, ankle_rate_gain=1.0, toe_off_form="linear", toe_off_duration=0.05,
-    toe_off_duration_max=0.08, toe_off_base=100.0, toe_off_gain=400.0, toe_off_speed=1.3,
+    toe_off_duration_max=0.08, toe_off_ankle=0.5, toe_off_base=100.0, toe_off_gain=400.0, toe_off_speed=1.3,
 )  # fmt: skip
 BONES = kinematics.skeleton(body.build(BodyConfig()), jnp.float32(1))
 
@@ -177,6 +177,16 @@ def test_stance_commands():
 def test_toe_off_commands():
     # Hip and knee held still, the ankle pushes: plantarflexion is negative.
     np.testing.assert_allclose(told(0.02)[1], [0.0, 0.0, -90.0])
+
+
+def test_a_foot_that_has_left_the_floor_pushes_no_further():
+    joints = JOINTS.copy()
+    joints[1, 2] = -0.49
+    assert told(0.02, joints=joints)[1, 2] == -90.0
+    # Beyond 0.5 rad of plantarflexion nothing resists any more; the servo brings the sole back to level:
+    # 77 (0.48 + 0.51) - 0.5 = 75.73 N m.
+    joints[1, 2] = -0.51
+    np.testing.assert_allclose(told(0.02, joints=joints)[1, 2], 75.73, atol=1e-3)
 
 
 def test_early_swing_commands():

@@ -80,8 +80,9 @@ class Counted:
 def run(runner, profile):
     """The trials' ends, and the shares told on the way."""
     who = walker.person(CONFIG.gait, jnp.float32(1.8), jnp.float32(75))
-    told = list(runner.run(footstep.nominal_action(who), profile, scenarios(), SECONDS))
-    return told[-1][1], [share for share, _ in told]
+    shares = []
+    ended = runner.run(footstep.nominal_action(who), profile, scenarios(), SECONDS, shares.append)
+    return ended, shares
 
 
 @pytest.fixture(scope="module")
@@ -142,7 +143,7 @@ def test_a_push_begins_at_its_phase_of_the_step(trials):
         assert abs((start[case] - start[AT_ONCE]) - phase * STEP / DT) <= 1
     assert (start[[NONE, OTHER]] > 10**9).all()
     # That step is the PUSH_STEP-th: so many mean steps from the start, the first ones being a little uneven.
-    mean = trials.tally.step_seconds[NONE] / trials.tally.steps[NONE]
+    mean = float(trials.tally.step_seconds[NONE] / trials.tally.steps[NONE])
     assert start[AT_ONCE] * DT == pytest.approx(PUSH_STEP * mean, abs=0.5 * mean)
 
 

@@ -12,7 +12,7 @@ from jaxwalk.config import Config
 from jaxwalk.ddpg import learner
 from jaxwalk.ddpg.learner import LearnerState
 from jaxwalk.stepper import Task
-from jaxwalk.trials import BINS, PUSH_STEP, Profile, Runner, Scenario, Trial
+from jaxwalk.trials import BINS, Profile, Runner, Scenario, Trial
 
 IMPULSES = (40.0, 50.0, 60.0, 70.0, -30.0, -40.0, -50.0, -60.0)
 PHASES = 14
@@ -46,7 +46,9 @@ class Assessor:
 
     def __init__(self, config: Config, seed: int) -> None:
         self.config = config
-        rows = [(impulse, phase / PHASES) for impulse in IMPULSES for phase in range(PHASES)] + [(0.0, 0.0)] * CALM
+        rows = [(impulse, phase / PHASES) for impulse in IMPULSES for phase in range(PHASES)] + [
+            (0.0, 0.0)
+        ] * CALM
         impulse, phase = np.array(rows, np.float32).T
         count = len(rows)
         ticks = max(1, round(config.pushes.duration / config.physics.timestep))
@@ -63,17 +65,19 @@ class Assessor:
         )
         self._impulse = impulse
         self._runner = Runner(
-            Task.of(config), config.gait, lambda state, observation: learner.act(config.ddpg, state, observation), count
+            Task.of(config),
+            config.gait,
+            lambda state, observation: learner.act(config.ddpg, state, observation),
+            count,
         )
         self._profile = Profile(jnp.zeros(BINS), jnp.float32(0.6))
-        self._value = jax.jit(lambda state, o: learner.value(config.ddpg, state, o, learner.act(config.ddpg, state, o)))
+        self._value = jax.jit(
+            lambda state, o: learner.value(config.ddpg, state, o, learner.act(config.ddpg, state, o))
+        )
 
     def __call__(self, state: LearnerState) -> Assessment:
         """Run all scenarios with the learner's actor, without exploration."""
-        for _, trials in self._runner.run(state, self._profile, self.scenarios, SECONDS):
-            pass
-        assert trials is not None
-        return self._judge(state, trials)
+        return self._judge(state, self._runner.run(state, self._profile, self.scenarios, SECONDS))
 
     def _judge(self, state: LearnerState, trials: Trial) -> Assessment:
         up = ~trials.state.terminated
@@ -94,6 +98,3 @@ class Assessor:
             predicted=float(predicted.mean()),
             real=float(real.mean()),
         )
-
-
-__all__ = ["PUSH_STEP", "Assessment", "Assessor"]

@@ -96,7 +96,9 @@ def init(config: Config, mesh: Mesh, seed: int) -> TrainState:
             key=key,
         )
 
-    shardings = jax.tree.map(lambda spec: NamedSharding(mesh, spec), _specs(), is_leaf=lambda x: isinstance(x, PartitionSpec))
+    shardings = jax.tree.map(
+        lambda spec: NamedSharding(mesh, spec), _specs(), is_leaf=lambda x: isinstance(x, PartitionSpec)
+    )
     return jax.jit(build, out_shardings=shardings)(jax.random.key(seed))
 
 
@@ -107,7 +109,7 @@ def _initial_action(config: Config) -> tuple[float, ...]:
 
 
 def make(config: Config, mesh: Mesh):
-    """The compiled loop: TrainState -> TrainState, ``windows_per_report`` windows further; donates its input."""
+    """The compiled loop, TrainState -> TrainState, a report's windows further; it donates its input."""
     task, devices = Task.of(config), mesh.size
     batch = max(1, config.ddpg.batch_size // devices)
     total = float(config.train.footsteps)

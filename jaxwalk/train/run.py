@@ -58,7 +58,16 @@ class _Stop:
 
 
 class _Run:
-    def __init__(self, config: Config, folder: RunFolder, seed: int, command: str, mesh: Any, progress: Progress, stop: _Stop) -> None:
+    def __init__(
+        self,
+        config: Config,
+        folder: RunFolder,
+        seed: int,
+        command: str,
+        mesh: Any,
+        progress: Progress,
+        stop: _Stop,
+    ) -> None:
         self.config, self.folder, self.seed, self.command = config, folder, seed, command
         self.progress, self.stop = progress, stop
         self.state = loop.init(config, mesh, seed)
@@ -132,14 +141,20 @@ class _Run:
         self._save(self.folder.checkpoints / f"{footsteps:09d}.safetensors", footsteps, found.score)
         plots.training_png(self.rows, self.folder.picture)
         self.progress.note(
-            f"evaluation at {footsteps:,} footsteps: {found.survival:.0%} of the pushed and {found.calm:.0%} of the others "
-            f"stay up, {found.speed:.2f} m/s, predicted return {found.predicted:.1f} came as {found.real:.1f}"
+            f"evaluation at {footsteps:,} footsteps: {found.survival:.0%} of the pushed and {found.calm:.0%} "
+            f"of the others stay up, {found.speed:.2f} m/s, predicted return {found.predicted:.1f} came "
+            f"as {found.real:.1f}"
             + ("; best so far" if better else "")
         )
 
     def _save(self, path: Path, footsteps: int, score: float) -> None:
         learned = policy.from_learner(
-            self.config, self.state.learner, seed=self.seed, command=self.command, footsteps=footsteps, score=score
+            self.config,
+            self.state.learner,
+            seed=self.seed,
+            command=self.command,
+            footsteps=footsteps,
+            score=score,
         )
         policy.save(learned, path)
 
@@ -158,4 +173,6 @@ class _Run:
         )
         plots.training_png(self.rows, self.folder.picture)
         verb = "stopped early" if self.stop.wanted else "done"
-        self.progress.note(f"{verb}: best policy (at {self.best_footsteps:,} footsteps) in {self.folder.policy}")
+        self.progress.note(
+            f"{verb}: best policy (at {self.best_footsteps:,} footsteps) in {self.folder.policy}"
+        )

@@ -45,7 +45,14 @@ def finished(tmp_path_factory):
 
 def test_run_folder_is_whole(finished):
     names = {path.name for path in finished.iterdir()}
-    assert {"config.json", "metrics.jsonl", "checkpoints", "policy.safetensors", "training.png", "summary.json"} <= names
+    assert {
+        "config.json",
+        "metrics.jsonl",
+        "checkpoints",
+        "policy.safetensors",
+        "training.png",
+        "summary.json",
+    } <= names
     assert any(name.startswith("events.out") for name in names)
     assert run_folder.load_config(finished) == CONFIG
     record = json.loads((finished / "config.json").read_text())
