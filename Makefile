@@ -22,10 +22,10 @@ train: $(READY) ## train a policy into runs/<date-time>
 	$(BIN)/jaxwalk train $(ARGS)
 
 test: $(READY) ## the tests, the slow ones left out
-	$(BIN)/python -m pytest -q $(ARGS)
+	$(BIN)/python -m pytest -q -n auto --dist loadfile $(ARGS)
 
 test-all: $(READY) ## all tests
-	$(BIN)/python -m pytest -q -m "slow or not slow" $(ARGS)
+	$(BIN)/python -m pytest -q -n auto --dist loadfile -m "slow or not slow" $(ARGS)
 
 bench: $(READY) ## bare mjx.step, the whole tick and the training loop, measured
 	$(BIN)/jaxwalk bench $(ARGS)

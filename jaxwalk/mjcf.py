@@ -174,8 +174,6 @@ def build(body: Body, physics: PhysicsConfig) -> mujoco.MjSpec:
     spec.option.iterations = physics.iterations
     spec.option.ls_iterations = physics.ls_iterations
     spec.option.tolerance = physics.tolerance
-    # Slots for mj_rollout-free contact: pairs are explicit, so nothing else may collide.
-    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_EULERDAMP
 
     spec.visual.global_.offwidth, spec.visual.global_.offheight = 1920, 1080
     world = spec.worldbody

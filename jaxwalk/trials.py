@@ -167,7 +167,8 @@ def _tick(task: Task, profile: Profile, model, trial: Trial) -> Trial:
     push = body.push.replace(start=jnp.where(due, body.tick + delay, body.push.start))
     after = after.replace(walker=body.replace(push=push))
     tally = _count(task, profile, trial.tally, before, after, landed)
-    ended = after.last.closed & (landed | after.terminated)
+    # Only a decided footstep earns; one that breaks is never told.
+    ended = (landed | after.terminated) & before.decided & ~after.broken
     earned = trial.earned + jnp.where(ended, trial.weight * after.last.transition.reward, 0.0)
     weight = trial.weight * jnp.where(ended, after.last.transition.discount, 1.0)
     moved = trial.replace(state=after, touchdowns=touchdowns, tally=tally, earned=earned, weight=weight)

@@ -95,7 +95,9 @@ class Event:
 def person(config: GaitConfig, height: Float[Array, ""], mass: Float[Array, ""]) -> Person:
     """A walker of ``height`` m and ``mass`` kg."""
     ratio = Similarity.of(height, mass)
-    return Person(ratio, gait.scaled(config, ratio))
+    # Strong types: a weakly typed leaf would make the same program compile twice.
+    numbers = jax.tree.map(lambda x: jnp.asarray(x, jnp.float32), gait.scaled(config, ratio))
+    return Person(ratio, numbers)
 
 
 def _reference_body(setup: Setup) -> body_lib.Body:
