@@ -151,7 +151,7 @@ class GaitConfig:
     """How long the ankle pushes, s."""
     toe_off_duration_max: float = 0.115
     """Longest push: a torque beyond the ankle's limit becomes time (equal angular impulse, eq. 21), s."""
-    toe_off_base: float = 96.2
+    toe_off_base: float = 88.0
     """linear: torque when nothing was lost, N m."""
     toe_off_gain: float = 297.0
     """linear: torque for each m/s lost, N m s/m."""
@@ -202,6 +202,8 @@ class DDPGConfig:
     """Discount per footstep."""
     tau: float = 0.005
     """Share of the online parameters that enters the targets at each update."""
+    average_rate: float = 5e-4
+    """Share of the actor that enters the policy that is evaluated and kept, at each update (1: all)."""
     batch_size: int = 256
     """Transitions in one update."""
     replay_capacity: int = 262_144
@@ -240,7 +242,7 @@ class DDPGConfig:
 class RewardConfig:
     """The reward of one footstep: exp(-cost), cost a weighted sum of normalised squares."""
 
-    speed_weight: float = 4.0
+    speed_weight: float = 8.0
     """Weight of ((v - v_desire) / 0.5 m/s)^2."""
     pitch_weight: float = 0.5
     """Weight of (phi / 0.2 rad)^2."""
@@ -270,7 +272,7 @@ class TrainConfig:
     """Masses (at given stature) are drawn uniformly within this share."""
     windows_per_report: int = 50
     """Windows between two lines of metrics; the loop runs on the device for so long."""
-    evaluations: int = 10
+    evaluations: int = 16
     """Evaluations spread over training; the best one's policy is kept."""
 
 

@@ -103,7 +103,8 @@ def check(config: Config) -> None:
     for name in _BELOW_ONE:
         _require(0 <= values[name] < 1, name, values[name], "a number from 0 up to, not including, 1")
     ddpg, gait = config.ddpg, config.gait
-    _require(0 < ddpg.tau <= 1, "ddpg.tau", ddpg.tau, "a number above 0, at most 1")
+    for name, share in (("ddpg.tau", ddpg.tau), ("ddpg.average_rate", ddpg.average_rate)):
+        _require(0 < share <= 1, name, share, "a number above 0, at most 1")
     _require(
         bool(ddpg.hidden) and min(ddpg.hidden) > 0,
         "ddpg.hidden",

@@ -19,6 +19,7 @@ _PAPER = Config(
         critic_lr=2e-8,
         gamma=0.99,
         tau=0.001,
+        average_rate=1.0,
         batch_size=32,
         replay_capacity=70_000,
         updates_per_footstep=1.0,

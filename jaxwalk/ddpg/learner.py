@@ -57,6 +57,7 @@ class LearnerState:
     Attributes:
       actor, critic: online parameters; the critic's have a leading axis of 1 (TD3: 2).
       target_actor, target_critic: their slow followers.
+      average: the actor, averaged over thousands of updates; what is evaluated and kept.
       actor_optimizer, critic_optimizer: state of Adam.
       normalizer: statistics of the observations.
       updates: [], updates made (skipped ones do not count).
@@ -67,6 +68,7 @@ class LearnerState:
     critic: Params
     target_actor: Params
     target_critic: Params
+    average: Params
     actor_optimizer: Any
     critic_optimizer: Any
     normalizer: Normalizer
@@ -94,6 +96,7 @@ def init(
         # Copies: no two leaves may share a buffer if the state is to be donated.
         target_actor=jax.tree.map(jnp.copy, actor),
         target_critic=jax.tree.map(jnp.copy, critic),
+        average=jax.tree.map(jnp.copy, actor),
         actor_optimizer=_optimizer(config, config.actor_lr).init(actor),
         critic_optimizer=_optimizer(config, config.critic_lr, config.weight_decay).init(critic),
         normalizer=normalizer.init(observation_size, config.normalize_observations),
@@ -115,6 +118,11 @@ def observe(
 def act(config: DDPGConfig, state: LearnerState, observation: Float[Array, "*B O"]) -> Float[Array, "*B A"]:
     """The actor's action in [-1, 1] for raw observations, without exploration."""
     return _act(config, state.actor, normalizer.normalize(state.normalizer, observation))
+
+
+def averaged(state: LearnerState) -> LearnerState:
+    """The learner with its averaged actor in the actor's place: gait quality swings less."""
+    return replace(state, actor=state.average)
 
 
 def value(
@@ -216,6 +224,7 @@ def _improve_actor(
         actor_optimizer=optimizer_state,
         target_actor=optax.incremental_update(actor, state.target_actor, config.tau),
         target_critic=optax.incremental_update(state.critic, state.target_critic, config.tau),
+        average=optax.incremental_update(actor, state.average, config.average_rate),
         metrics=replace(state.metrics, actor_loss=value, grad_norm_actor=norm),
     )
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from jaxwalk import plots, policy, trials, windows
 from jaxwalk.config import Config
+from jaxwalk.ddpg import learner
 from jaxwalk.errors import UserError
 from jaxwalk.progress import Progress
 from jaxwalk.run_folder import RunFolder
@@ -126,7 +127,7 @@ class _Run:
         self.progress.update(footsteps, row)
 
     def _evaluate(self, footsteps: int) -> None:
-        found = self.assess(self.state.learner)
+        found = self.assess(learner.averaged(self.state.learner))
         self.assessment = found
         if not self.rows:
             self.compile_seconds += time.perf_counter() - self.started
@@ -150,7 +151,7 @@ class _Run:
     def _save(self, path: Path, footsteps: int, score: float) -> None:
         learned = policy.from_learner(
             self.config,
-            self.state.learner,
+            learner.averaged(self.state.learner),
             seed=self.seed,
             command=self.command,
             footsteps=footsteps,
