@@ -71,7 +71,10 @@ def _decode(kind: Any, value: Any, where: str) -> Any:
 # Fields by the sense their values must have. Body heights and masses are body.build's to judge.
 _POSITIVE = """
     physics.timestep physics.iterations physics.ls_iterations physics.contact_timeconst physics.friction
-    sensors.mean_window gait.speed_desired pushes.duration ddpg.actor_lr ddpg.critic_lr ddpg.batch_size
+    sensors.mean_window gait.speed_desired gait.pitch_nominal
+    gait.toe_off_duration gait.toe_off_duration_max gait.stall_seconds gait.fall_height gait.fall_pitch
+    physics.hip_gain physics.hip_limit physics.knee_stiffness physics.knee_damping physics.knee_limit
+    physics.ankle_limit pushes.duration ddpg.actor_lr ddpg.critic_lr ddpg.batch_size
     ddpg.replay_capacity ddpg.noise_spread ddpg.policy_delay train.walkers train.footsteps train.window_ticks
     train.episode_seconds train.windows_per_report train.evaluations
 """.split()
@@ -118,16 +121,23 @@ def check(config: Config) -> None:
         f"at most --ddpg.replay-capacity, {ddpg.replay_capacity}",
     )
     _require(
-        0 < gait.length_min < gait.length_max,
-        "gait.length-min",
-        gait.length_min,
-        "0 < length-min < length-max",
+        0 < gait.length_min < gait.length_nominal < gait.length_max,
+        "gait.length-nominal",
+        gait.length_nominal,
+        "0 < length-min < length-nominal < length-max",
     )
     _require(
-        0 < gait.duration_min < gait.duration_max,
-        "gait.duration-min",
-        gait.duration_min,
-        "0 < duration-min < duration-max",
+        0 < gait.duration_min < gait.duration_nominal < gait.duration_max,
+        "gait.duration-nominal",
+        gait.duration_nominal,
+        "0 < duration-min < duration-nominal < duration-max",
+    )
+    physics = config.physics
+    _require(
+        physics.contact_timeconst >= 2 * physics.timestep,
+        "physics.contact-timeconst",
+        physics.contact_timeconst,
+        f"at least two time steps, {2 * physics.timestep:g} s",
     )
     distinct = bool(config.observation) and len(set(config.observation)) == len(config.observation)
     _require(distinct, "observation", config.observation, "one quantity or more, each once")

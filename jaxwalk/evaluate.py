@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from jaxwalk import files, subjects
+from jaxwalk import files, runtime, subjects
 from jaxwalk.config import to_dict
 from jaxwalk.stepper import Task
 from jaxwalk.subjects import Subject
@@ -58,7 +58,7 @@ class Pushes:
 
     Attributes:
       impulses: [I] N s. phases: [P] share of the step at which the push begins.
-      survival: [I][P] share that is still up `AFTER_PUSH` seconds later.
+      survival: [I][P] share that met its push and is up at the end, about `AFTER_PUSH` seconds later.
       recovery_seconds: [I][P] mean time until steady, over those that were steady again; None
         where none was.
       steady: [I][P] share that was steady again.
@@ -136,7 +136,8 @@ def evaluate(subject: Subject, args: EvaluateArgs, tell: Tell = lambda what, sha
         pushed = _push_test(subject, args, _profile(walked), follow)
         shares = [float(np.mean(row)) for row in pushed.survival]
         result |= {"pushes": asdict(pushed), "threshold": threshold(pushed.impulses, shares)}
-    return result | {"config": to_dict(subject.config)}
+    options = {**asdict(args), "policy": args.policy, "json": None}
+    return result | {"config": to_dict(subject.config), "options": options, **runtime.hardware()}
 
 
 def _walking(trials: Trial) -> Walking:
@@ -176,7 +177,9 @@ def _push_test(
     scenarios = scenario_batch(subject, grid[0].ravel(), grid[1].ravel(), args, args.seed + 1)
     trials = follow("pushes", scenarios, profile, BEFORE_PUSH + AFTER_PUSH)
 
-    survived = ~trials.state.terminated.reshape(shape)
+    met = np.isclose(trials.tally.impulse, trials.scenario.impulse, rtol=1e-3)
+    # A walker that no push reached survived nothing, unless none was asked for.
+    survived = (~trials.state.terminated & met).reshape(shape)
     recovery = trials.tally.recovery.reshape(shape)
     steady = np.isfinite(recovery) & survived
 

@@ -129,7 +129,9 @@ def _saturated(model: mjx.Model, plant: Plant, command: Float[Array, "6"]) -> mj
     gain, bias = model.actuator_gainprm, model.actuator_biasprm
     force = gain[:, 0] * command + bias[:, 0] + bias[:, 1] * plant.qpos[3:] + bias[:, 2] * plant.qvel[3:]
     low, high = model.actuator_forcerange[:, 0], model.actuator_forcerange[:, 1]
-    clamped = ((force < low) | (force > high))[:, None]
+    # A pure effort has no derivative to lose, and no bias to hold the limit.
+    servo = jnp.asarray(model.actuator_biastype == int(mujoco.mjtBias.mjBIAS_AFFINE))
+    clamped = (servo & ((force < low) | (force > high)))[:, None]
     constant = jnp.zeros_like(bias).at[:, 0].set(jnp.clip(force, low, high))
     return model.replace(
         actuator_gainprm=jnp.where(clamped, 0.0, gain), actuator_biasprm=jnp.where(clamped, constant, bias)

@@ -3,7 +3,7 @@
 config.json       configuration, seed, command, hardware, versions
 metrics.jsonl     one line for each report of the training loop
 events.out.*      the same for TensorBoard
-checkpoints/      the learner's states
+checkpoints/      the policy at each evaluation
 policy.safetensors, training.png, summary.json   written by the training loop as it goes
 """
 
@@ -34,7 +34,7 @@ class RunFolder:
     Attributes:
       path: the folder.
       policy, picture: where the best policy and the training curves belong.
-      checkpoints: an existing folder for the learner's states.
+      checkpoints: an existing folder for the policies at each evaluation.
     """
 
     def __init__(self, path: Path) -> None:

@@ -67,12 +67,16 @@ def load(
         trained = config_io.from_dict(Config, json.loads(loaded.metadata.config))
     except UserError as error:
         raise UserError(f"policy {path}: its configuration does not fit this version ({error})") from None
+    gait, told = trained.gait, loaded.metadata
+    if (told.observation_names, told.action_low, told.action_high) != (
+        trained.observation,
+        (gait.length_min, gait.duration_min),
+        (gait.length_max, gait.duration_max),
+    ):
+        raise UserError(
+            f"policy {path}: it contradicts its own configuration; give a policy that jaxwalk saved"
+        )
     return Subject(name, _changed(trained, speed, height, mass, noise), loaded, policy.act)
-
-
-def fixed_beside(subject: Subject) -> Subject:
-    """The never-adapted step on the same body, physics and controllers."""
-    return Subject(FIXED, subject.config, _nominal(subject.config), lambda action, observation: action)
 
 
 def _nominal(config: Config) -> Float[Array, "2"]:

@@ -6,6 +6,7 @@ evaluations within training all run through it.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from functools import partial
 from operator import itemgetter
@@ -247,7 +248,8 @@ class Runner:
 
     def __init__(self, task: Task, numbers: GaitConfig, act: Act, batch: int) -> None:
         devices = jax.device_count()
-        self.task = task
+        # A trial ends by falling or when it is over, never by an episode's time limit.
+        self.task = task = dataclasses.replace(task, episode_ticks=pushes.NEVER)
         self.batch = -(-batch // devices) * devices
         self._windows = max(1, round(1.0 / (task.setup.timestep * task.setup.window_ticks)))
         rows, same = PartitionSpec("walkers"), PartitionSpec()

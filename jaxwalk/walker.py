@@ -129,7 +129,7 @@ def start(
 ) -> Walker:
     """A walker whose front foot has just landed.
 
-    Thighs at +-asin(0.25 L / L), soles level, about 1.1 m/s on the reference body, the
+    Thighs at about +-asin(0.26), soles level, about 1.1 m/s on the reference body, the
     torso not turning; ``spread`` scales the random differences between starts.
     """
     bones = skeleton(setup, who)

@@ -44,7 +44,7 @@ def check(config: Config) -> None:
       UserError: the window is longer than the shortest walker's toe-off.
     """
     shortest = min(1.0, config.body.height * (1 - config.train.height_spread) / 1.8)
-    toe_off = config.gait.toe_off_duration * shortest**0.5
+    toe_off = min(config.gait.toe_off_duration, config.gait.toe_off_duration_max) * shortest**0.5
     seconds = config.train.window_ticks * config.physics.timestep
     if seconds > toe_off:
         raise UserError(

@@ -123,7 +123,12 @@ def episode(setup: walker.Setup, config: Config, unit, scenario, key):
     zero = jnp.zeros(())
     first = (state, jnp.bool_(True), zero, zero, zero, begin)
     (_, alive, life, speed, wobble, _), _ = jax.lax.scan(tick, first, length=int(SECONDS / setup.timestep))
-    return {"alive": alive, "life": life, "speed": speed / life, "wobble": wobble / life}
+    return {
+        "alive": alive,
+        "life": life,
+        "speed": speed / jnp.maximum(life, setup.timestep),
+        "wobble": wobble / jnp.maximum(life, setup.timestep),
+    }
 
 
 def evaluator(config: Config):

@@ -17,7 +17,9 @@ from jaxwalk.config import Config, DDPGConfig, to_dict
 from jaxwalk.ddpg import learner
 from jaxwalk.errors import UserError
 
-CONFIG = Config(ddpg=DDPGConfig(hidden=(8, 6)))
+CONFIG = Config(
+    ddpg=DDPGConfig(hidden=(8, 6)), observation=("speed", "pitch", "zmp", "step_length")
+)
 _init = jax.jit(learner.init, static_argnums=(0, 2, 3))
 
 
@@ -47,7 +49,7 @@ def test_round_trip_is_bit_for_bit(trained, saved):
         assert np.asarray(a).tobytes() == np.asarray(b).tobytes()
     assert json.loads(loaded.metadata.config) == json.loads(json.dumps(to_dict(CONFIG)))
     assert loaded.metadata.action_names == ("length", "duration")
-    assert loaded.metadata.action_low == (0.2, 0.10)
+    assert loaded.metadata.action_low == (CONFIG.gait.length_min, CONFIG.gait.duration_min)
     assert [p.name for p in saved.parent.iterdir()] == [saved.name], "temporary files are left"
 
 

@@ -18,7 +18,7 @@ IMPULSES = (40.0, 50.0, 60.0, 70.0, -30.0, -40.0, -50.0, -60.0)
 PHASES = 14
 CALM = 16  # walkers that nobody pushes
 SECONDS = 8.0
-SPEED_TOLERANCE = 0.02  # m/s
+SPEED_TOLERANCE = 0.04  # m/s; the aim is 0.05
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Assessor:
             push_ticks=jnp.full(count, ticks, jnp.int32),
             push_height=jnp.zeros(count),
             phase=jnp.asarray(phase),
-            key=jax.random.split(jax.random.key(seed), count),
+            key=jax.random.split(jax.random.fold_in(jax.random.key(seed), 1), count),
         )
         self._impulse = impulse
         self._runner = Runner(

@@ -26,10 +26,11 @@ AXIS = "walkers"
 
 @struct.dataclass
 class Counts:
-    """Sums over the whole run so far, equal on all devices.
+    """Sums since the last report, equal on all devices.
 
     Attributes:
-      footsteps: closed. falls, truncations, broken: episodes that ended so.
+      footsteps: closed. falls, truncations: episodes that ended so. broken: those of the falls
+        that a number that is not finite ended.
       reward, speed, length, seconds: sums over footsteps (m/s, m, s).
     """
 
@@ -145,7 +146,8 @@ def make(config: Config, mesh: Mesh):
         )
 
     def learn(state: TrainState, key: PRNGKeyArray) -> TrainState:
-        ready = state.footsteps >= config.ddpg.warmup
+        # No device may draw from an empty ring.
+        ready = (state.footsteps >= config.ddpg.warmup) & (jax.lax.pmin(state.replay.size, AXIS) > 0)
         due = jnp.where(ready, jnp.floor(state.owed), 0.0)
 
         def update(i: Array, current: LearnerState) -> LearnerState:

@@ -91,7 +91,7 @@ class _Run:
             self.state = self.advance(self.state)
             counts = jax.device_get(self.state.counts)
             seconds = time.perf_counter() - begun
-            if not self.rows:
+            if len(self.rows) == 1:
                 self.compile_seconds += seconds
             footsteps = int(self.state.footsteps)
             self._report(footsteps, counts, seconds)
@@ -120,8 +120,8 @@ class _Run:
             "learner/updates": int(self.state.learner.updates),
             **{f"learner/{name}": float(value) for name, value in asdict(metrics).items()},
         }
-        if self.rows and (last := self.assessment):
-            row |= {"train/predicted_return": last.predicted, "train/real_return": last.real}
+        last = self.assessment
+        row |= {"train/predicted_return": last.predicted, "train/real_return": last.real}
         self.rows.append(row)
         self.folder.log(row)
         self.progress.update(footsteps, row)
@@ -144,8 +144,7 @@ class _Run:
         self.progress.note(
             f"evaluation at {footsteps:,} footsteps: {found.survival:.0%} of the pushed and {found.calm:.0%} "
             f"of the others stay up, {found.speed:.2f} m/s, predicted return {found.predicted:.1f} came "
-            f"as {found.real:.1f}"
-            + ("; best so far" if better else "")
+            f"as {found.real:.1f}" + ("; best so far" if better else "")
         )
 
     def _save(self, path: Path, footsteps: int, score: float) -> None:

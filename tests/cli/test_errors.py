@@ -40,7 +40,10 @@ BAD = [
     (["evaluate", "fixed", "--json", "no/such/folder/e.json"], ["--json", "no folder no/such/folder"]),
     (["render", "fixed"], ["--out"]),
     (["render", "fixed", "--out", "walk.avi"], ["--out walk.avi", ".mp4, .gif, .png"]),
-    (["render", "fixed", "--out", "walk.gif", "--push-time", "99"], ["--push-time 99", "--seconds"]),
+    (
+        ["render", "fixed", "--out", "walk.gif", "--push", "30", "--push-time", "99"],
+        ["--push-time 99", "--seconds"],
+    ),
     (["bench", "--seconds", "0"], ["--seconds 0", "above 0"]),
 ]
 
