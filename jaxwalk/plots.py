@@ -17,7 +17,7 @@ _DOTS = 25  # points fewer than these are few enough to mark
 
 # One panel each: title, unit of the ordinate, [(metric, label, colour)].
 _PANELS = (
-    ("Return of an episode", "", [("train/return", "", _BLUE)]),
+    ("Reward of a footstep", "", [("train/reward", "", _BLUE)]),
     (
         "Return from a footstep on",
         "",

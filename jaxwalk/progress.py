@@ -16,7 +16,7 @@ from rich.text import Text
 _PLAIN_EVERY = 10.0  # s between plain lines
 _SHOWN = (  # metric, label, format
     ("train/footsteps_per_second", "footsteps/s", "{:,.0f}"),
-    ("train/return", "return", "{:.2f}"),
+    ("train/reward", "reward", "{:.2f}"),
     ("train/falls_per_100", "falls/100", "{:.2f}"),
     ("train/predicted_return", "predicted", "{:.2f}"),
     ("train/real_return", "real", "{:.2f}"),

@@ -34,14 +34,14 @@ def test_what_was_asked_can_be_read_back(folder):
 
 
 def test_metrics_are_on_disk_line_by_line(folder):
-    folder.log({"footsteps": 100, "train/return": jnp.float32(1.5), "eval/score": float("nan")})
-    folder.log({"footsteps": jnp.int32(200), "train/return": np.float64(2.0)})
+    folder.log({"footsteps": 100, "train/reward": jnp.float32(1.5), "eval/score": float("nan")})
+    folder.log({"footsteps": jnp.int32(200), "train/reward": np.float64(2.0)})
     # Still open: a run that is killed now keeps both lines, and half of a third does no harm.
     with (folder.path / "metrics.jsonl").open("a") as file:
         file.write('{"footsteps": 3')
     assert run_folder.read_metrics(folder.path) == [
-        {"footsteps": 100, "train/return": 1.5, "eval/score": None},
-        {"footsteps": 200, "train/return": 2.0},
+        {"footsteps": 100, "train/reward": 1.5, "eval/score": None},
+        {"footsteps": 200, "train/reward": 2.0},
     ]
 
 
@@ -49,7 +49,7 @@ def test_tensorboard_gets_the_same_numbers(folder):
     from tensorboardX.proto.event_pb2 import Event  # pyright: ignore
     from tensorboardX.record_writer import masked_crc32c
 
-    folder.log({"footsteps": 100, "train/return": 1.5})
+    folder.log({"footsteps": 100, "train/reward": 1.5})
     folder.close()
     (path,) = folder.path.glob("events.out.*")
     data, events = path.read_bytes(), []
@@ -60,7 +60,7 @@ def test_tensorboard_gets_the_same_numbers(folder):
         events.append(Event.FromString(body))
         data = data[16 + length :]
     seen = [(e.step, v.tag, v.simple_value) for e in events for v in e.summary.value]
-    assert seen == [(100, "train/return", 1.5)]
+    assert seen == [(100, "train/reward", 1.5)]
 
 
 def test_the_summary_is_replaced_whole(folder, monkeypatch):

@@ -172,7 +172,9 @@ def test_discounts_tell_falls_from_truncations(collected):
     closed = np.stack([g.footsteps.closed for g in gathered])
     discount = np.stack([g.footsteps.transition.discount for g in gathered])
     fell, truncated = np.stack([g.fell for g in gathered]), np.stack([g.truncated for g in gathered])
-    assert (discount[closed & fell] == 0).all() and (closed & fell).any()
+    # Not the other way round: in one window a foot may land, and the walker fall before the answer.
+    ended = closed & (discount == 0)
+    assert ended.any() and fell[ended].all()
     assert (discount[closed & ~fell] == np.float32(CONFIG.ddpg.gamma)).all()
     assert closed[truncated].all() and truncated.any()
     assert not (fell & truncated).any()

@@ -110,7 +110,7 @@ class _Run:
         row = {
             "footsteps": footsteps,
             "seconds": time.perf_counter() - self.started,
-            "train/return": float(counts.reward) / steps,
+            "train/reward": float(counts.reward) / steps,
             "train/falls_per_100": 100 * float(counts.falls) / steps,
             "train/broken": float(counts.broken),
             "train/speed": float(counts.speed) / steps,

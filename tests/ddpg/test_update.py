@@ -11,6 +11,7 @@ import pytest
 
 from jaxwalk.config import DDPGConfig
 from jaxwalk.ddpg import learner, networks
+from jaxwalk.presets import PRESETS
 
 _init = jax.jit(learner.init, static_argnums=(0, 2, 3))
 
@@ -36,7 +37,8 @@ def test_initial_action_out_of_reach():
 
 
 def test_paper_layers():
-    state = jax.eval_shape(lambda key: learner.init(DDPGConfig(), key, 4, (0.0, 0.0)), jax.random.key(0))
+    paper = PRESETS["paper"].ddpg
+    state = jax.eval_shape(lambda key: learner.init(paper, key, 4, (0.0, 0.0)), jax.random.key(0))
     shapes = jax.tree.map(jnp.shape, {"actor": state.actor, "critic": state.critic})
     assert shapes["actor"]["hidden_0"]["kernel"] == (4, 400)
     assert shapes["actor"]["hidden_1"]["kernel"] == (400, 300)
@@ -124,6 +126,7 @@ _ON_TWO_DEVICES = """
 import functools, jax, numpy as np
 from jax.sharding import Mesh, PartitionSpec as P
 from jaxwalk.config import DDPGConfig
+from jaxwalk.presets import PRESETS
 from jaxwalk.ddpg import Transition, learner
 
 jax.config.update("jax_num_cpu_devices", 2)
