@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 import time
 from dataclasses import asdict
 from pathlib import Path
@@ -50,6 +51,7 @@ class _Stop:
 
     def _wish(self, number: int, frame: Any) -> None:
         self.wanted = True
+        print("stopping after the report under way; Ctrl-C again ends at once", file=sys.stderr, flush=True)
         for which, old in self._old.items():
             signal.signal(which, old)
 
