@@ -34,8 +34,8 @@ lint: $(READY) ## style and types
 	$(BIN)/ruff check .
 	$(BIN)/pyright
 
-tune: $(READY) ## search the gait's defaults again
-	$(BIN)/python scripts/tune.py $(ARGS)
+tune: $(READY) ## search the gait's numbers again (ARGS="sweep --set NAME=A,B" for a grid)
+	$(BIN)/python scripts/tune.py $(or $(ARGS),search)
 
 models: $(READY) ## write models/*.xml anew from jaxwalk/body.py
 	$(BIN)/python scripts/make_models.py

@@ -26,8 +26,9 @@ from mujoco import mjx
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import controllers, files, footstep, physics, pushes, runtime, stepper, trials, walker, windows
+from jaxwalk import controllers, devices, files, footstep, physics, pushes, runtime, stepper, walker, windows
 from jaxwalk.config import Config, to_dict
+from jaxwalk.devices import AXIS
 from jaxwalk.errors import UserError
 from jaxwalk.presets import PRESETS
 from jaxwalk.stepper import Stepper, Task
@@ -132,7 +133,7 @@ def measure(config: Config, seconds: float, seed: int, tell: Callable[[str], Non
     Args:
       tell: called with what is under way.
     """
-    mesh, task = trials.devices_mesh(), Task.of(config)
+    mesh, task = devices.mesh(config.train.walkers), Task.of(config)
     count = config.train.windows_per_report
     ticks = count * task.setup.window_ticks
     hits = _Hits()
@@ -202,23 +203,17 @@ def _standing(states: Stepper) -> Stepper:
 
 
 def _sharded(function: Callable[..., Any], mesh: Mesh) -> Any:
-    rows = PartitionSpec("walkers")
+    rows = PartitionSpec(AXIS)
     mapped = jax.shard_map(jax.vmap(function), mesh=mesh, in_specs=rows, out_specs=rows, check_vma=False)
     return jax.jit(mapped)
 
 
 def _split(tree: Any, mesh: Mesh) -> Any:
-    return jax.device_put(tree, NamedSharding(mesh, PartitionSpec("walkers")))
+    return jax.device_put(tree, NamedSharding(mesh, PartitionSpec(AXIS)))
 
 
 def bench(args: BenchArgs, tell: Callable[[str], None] = lambda what: None) -> dict[str, Any]:
-    """All of it, as the JSON that ``jaxwalk bench`` writes.
-
-    Raises:
-      UserError: the walkers cannot be split evenly over the devices.
-    """
-    if args.walkers % jax.device_count():
-        raise UserError(f"--walkers {args.walkers}: give a multiple of the {jax.device_count()} devices")
+    """All of it, as the JSON that ``jaxwalk bench`` writes."""
     preset = PRESETS["default"]
     # Updates begin as soon as there is something to learn from; nothing else departs from `jaxwalk train`.
     config = dataclasses.replace(
@@ -273,8 +268,8 @@ def main(args: BenchArgs) -> None:
 
 
 def _print(console: Console, result: dict[str, Any]) -> None:
-    devices = ", ".join(result["hardware"]["devices"])
-    table = Table(title=f"{result['walkers']} walkers, {devices}", caption="* from the compilation cache")
+    hardware = ", ".join(result["hardware"]["devices"])
+    table = Table(title=f"{result['walkers']} walkers, {hardware}", caption="* from the compilation cache")
     table.add_column("program", no_wrap=True)
     for heading in ("ticks/s", "of bare", "footsteps/s", "updates/s", "compile, s"):
         table.add_column(heading, justify="right")

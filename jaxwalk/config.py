@@ -52,9 +52,9 @@ class PhysicsConfig:
     """Velocity servo gain of the hip, N m s/rad."""
     hip_limit: float = 250.0
     """Largest hip torque, N m."""
-    knee_stiffness: float = 900.0
+    knee_stiffness: float = 1200.0
     """Position gain of the knee servo, N m/rad."""
-    knee_damping: float = 54.0
+    knee_damping: float = 100.0
     """Velocity gain of the knee servo, N m s/rad."""
     knee_limit: float = 200.0
     """Largest knee torque, N m."""
@@ -106,17 +106,17 @@ class GaitConfig:
 
     speed_desired: float = 1.0
     """Forward speed that is aimed at, v_desire, m/s (not scaled with the body)."""
-    length_nominal: float = 0.748
-    """Commanded step length before learning, m."""
-    duration_nominal: float = 0.197
+    length_nominal: float = 0.633
+    """Commanded step length before learning, m: the height-to-stride-length ratio (Boulic et al.)."""
+    duration_nominal: float = 0.12
     """Commanded early-swing duration before learning, s."""
-    length_min: float = 0.3
+    length_min: float = 0.45
     """Shortest step that can be commanded, m."""
-    length_max: float = 1.3
+    length_max: float = 0.95
     """Longest step that can be commanded, m."""
-    duration_min: float = 0.08
+    duration_min: float = 0.05
     """Shortest early swing that can be commanded, s."""
-    duration_max: float = 0.35
+    duration_max: float = 0.2
     """Longest early swing that can be commanded, s."""
 
     pitch_nominal: float = 0.0765
@@ -126,7 +126,7 @@ class GaitConfig:
     stance_speed_min: float = 0.918
     """The stance controller never takes the hip to be slower than this, m/s."""
 
-    swing_rate_max: float = 7.35
+    swing_rate_max: float = 10.0
     """Largest hip rate in early swing, rad/s."""
     swing_pitch_gain: float = 0.501
     """Share of the torso's pitch added to the swing hip's target (0: relative to the torso)."""
@@ -136,7 +136,7 @@ class GaitConfig:
     """Share of early swing for which the knee stays bent."""
     swing_ankle: float = 0.174
     """Dorsiflexion of the swing foot, rad."""
-    terminal_hip_gain: float = 5.72
+    terminal_hip_gain: float = 16.0
     """Hip rate for each rad off target in terminal swing, 1/s."""
     ankle_stiffness: float = 77.0
     """Ankle servo in the air, N m/rad."""
@@ -147,16 +147,21 @@ class GaitConfig:
     """Plantarflexion at which the push ends: a foot that left the floor would spin, rad."""
     toe_off_form: Literal["linear", "paper"] = "linear"
     """Toe-off torque: linear in the speed lost, or the paper's eqs 14-22."""
-    toe_off_duration: float = 0.032
+    toe_off_latched: bool = False
+    """Torque and time of toe-off are set once, at touch-down, as in the paper; otherwise a walker that
+    loses more speed while it pushes, pushes harder and longer."""
+    toe_off_duration: float = 0.04
     """How long the ankle pushes, s."""
+    toe_off_duration_min: float = 0.025
+    """Shortest push: one weaker than ``toe_off_full`` is shorter too, so that a fast leg swings sooner, s."""
     toe_off_duration_max: float = 0.115
     """Longest push: a torque beyond the ankle's limit becomes time (equal angular impulse, eq. 21), s."""
-    toe_off_base: float = 88.0
-    """linear: torque when nothing was lost, N m."""
-    toe_off_gain: float = 297.0
+    toe_off_full: float = 60.0
+    """Torque from which a push lasts ``toe_off_duration``, N m."""
+    toe_off_gain: float = 300.0
     """linear: torque for each m/s lost, N m s/m."""
-    toe_off_speed: float = 1.36
-    """linear: the torso's speed at touch-down from which losses count, at 1 m/s desired, m/s."""
+    toe_off_speed: float = 1.3
+    """linear: the torso's speed from which losses count, at 1 m/s desired, m/s."""
 
     touchdown_share: float = 0.639
     """Share of early swing before which a contact is no touch-down."""
@@ -178,10 +183,12 @@ class PushConfig:
 
     rate: float = 0.5
     """Mean number of pushes a second."""
-    impulse_forward: float = 70.0
-    """Largest push from behind, N s; sizes are uniform from the largest backward to this."""
-    impulse_backward: float = 52.0
+    impulse_forward: float = 85.0
+    """Largest push from behind, N s."""
+    impulse_backward: float = 55.0
     """Largest push from the front, N s."""
+    impulse_least: float = 0.45
+    """Smallest push, as a share of the largest of its direction: what anybody survives teaches nothing."""
     duration: float = 0.1
     """How long the force lasts, s."""
     height_spread: float = 0.2

@@ -72,7 +72,7 @@ def _decode(kind: Any, value: Any, where: str) -> Any:
 _POSITIVE = """
     physics.timestep physics.iterations physics.ls_iterations physics.contact_timeconst physics.friction
     sensors.mean_window gait.speed_desired gait.pitch_nominal
-    gait.toe_off_duration gait.toe_off_duration_max gait.stall_seconds gait.fall_height gait.fall_pitch
+    gait.toe_off_full gait.toe_off_duration_min gait.stall_seconds gait.fall_height gait.fall_pitch
     physics.hip_gain physics.hip_limit physics.knee_stiffness physics.knee_damping physics.knee_limit
     physics.ankle_limit pushes.duration ddpg.actor_lr ddpg.critic_lr ddpg.batch_size
     ddpg.replay_capacity ddpg.noise_spread ddpg.policy_delay train.walkers train.footsteps train.window_ticks
@@ -85,7 +85,7 @@ _NOT_NEGATIVE = """
     ddpg.updates_per_footstep ddpg.noise_start ddpg.noise_end ddpg.weight_decay ddpg.max_grad_norm
     ddpg.target_noise ddpg.target_noise_clip
 """.split()
-_BELOW_ONE = ["ddpg.gamma", "train.height_spread", "train.mass_spread"]  # 0 <= x < 1
+_BELOW_ONE = ["ddpg.gamma", "pushes.impulse_least", "train.height_spread", "train.mass_spread"]  # 0 <= x < 1
 
 
 def check(config: Config) -> None:
@@ -131,6 +131,12 @@ def check(config: Config) -> None:
         "gait.duration-nominal",
         gait.duration_nominal,
         "0 < duration-min < duration-nominal < duration-max",
+    )
+    _require(
+        gait.toe_off_duration_min <= gait.toe_off_duration <= gait.toe_off_duration_max,
+        "gait.toe-off-duration",
+        gait.toe_off_duration,
+        "toe-off-duration-min <= toe-off-duration <= toe-off-duration-max",
     )
     physics = config.physics
     _require(

@@ -101,16 +101,16 @@ def toe_off_torque(
     angle: Float[Array, ""],
     knee: Float[Array, ""],
 ) -> Float[Array, ""]:
-    """Ankle torque latched at touch-down, N m, plantarflexion positive, never negative.
+    """Ankle torque of toe-off, N m, plantarflexion positive, never negative.
 
     ``paper``: eqs 14-22. The speed to restore, dv = v_desire - v, is an angular one of
     da' = dv / (l cos a) for the trailing leg; giving it to the leg within ``toe_off_duration``
     while the torso stays upright takes tau = tau_c + (J_torso + J_leg) da' / dt.
-    ``linear``: base + gain (v_ref - v): the same line with tuned constants, since the rigid
+    ``linear``: gain (v_ref - v): the same line with tuned constants, since the rigid
     legs of the paper's model leave out what the landing itself absorbs.
 
     Args:
-      speed: of the torso at touch-down, m/s.
+      speed: of the torso, m/s.
       angle: of the trailing leg from the vertical, rad.
       knee: flexion of the trailing leg, rad.
     """
@@ -119,7 +119,7 @@ def toe_off_torque(
         inertia = inertias.torso + leg_inertia(inertias.leg_mass, leg / 2, knee)
         return jnp.maximum(inertias.damping * rate + inertia * rate / config.toe_off_duration, 0.0)
     lost = config.toe_off_speed * config.speed_desired - speed
-    return jnp.maximum(config.toe_off_base + config.toe_off_gain * lost, 0.0)
+    return jnp.maximum(config.toe_off_gain * lost, 0.0)
 
 
 def push_off(
@@ -127,11 +127,14 @@ def push_off(
 ) -> tuple[Float[Array, ""], Float[Array, ""]]:
     """(torque N m, seconds) that the ankle can do: what ``limit`` N m cuts off becomes time.
 
-    By eq. 21 it is the angular impulse tau dt that restores the speed; the paper's
-    ``toe_off_duration_max`` equals ``toe_off_duration``, which turns this off.
+    By eq. 21 it is the angular impulse tau dt that restores the speed. A torque below
+    ``toe_off_full`` takes less time, which the swing of a fast walker needs. In the paper the
+    time is constant: its shortest and longest are ``toe_off_duration``.
     """
-    seconds = config.toe_off_duration * jnp.maximum(1.0, torque / limit)
-    return jnp.minimum(torque, limit), jnp.minimum(seconds, config.toe_off_duration_max)
+    weak = jnp.minimum(torque / config.toe_off_full, 1.0)
+    seconds = config.toe_off_duration * weak * jnp.maximum(1.0, torque / limit)
+    seconds = jnp.clip(seconds, config.toe_off_duration_min, config.toe_off_duration_max)
+    return jnp.minimum(torque, limit), seconds
 
 
 def ankle_servo(

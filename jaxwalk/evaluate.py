@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from jaxwalk import files, runtime, subjects
+from jaxwalk import files, pushes, runtime, subjects
 from jaxwalk.config import to_dict
 from jaxwalk.stepper import Task
 from jaxwalk.subjects import Subject
@@ -78,7 +78,7 @@ def scenario_batch(
 ) -> Scenario:
     """[N] scenarios on the subject's body, one for each (impulse, phase)."""
     body, count = subject.config.body, len(impulses)
-    ticks = max(1, round(args.push_duration / subject.config.physics.timestep))
+    ticks = pushes.whole_ticks(args.push_duration, subject.config.physics.timestep)
 
     def all_of(value: float) -> jax.Array:
         return jnp.full(count, value, jnp.float32)
@@ -123,10 +123,11 @@ def evaluate(subject: Subject, args: EvaluateArgs, tell: Tell = lambda what, sha
     """
     task = Task.of(subject.config)
     most = max(args.walkers, len(args.impulses) * args.phases * args.replicas)
-    runner = Runner(task, subject.config.gait, subject.act, min(BATCH, most))
+    runner = Runner(task, subject.act, min(BATCH, most))
 
     def follow(what: str, scenarios: Scenario, profile: Profile, seconds: float) -> Trial:
-        return runner.run(subject.params, profile, scenarios, seconds, partial(tell, what))
+        numbers = subject.config.gait
+        return runner.run(subject.params, numbers, profile, scenarios, seconds, partial(tell, what))
 
     blank = Profile(jnp.zeros(BINS), jnp.float32(0.6))
     none = np.zeros(args.walkers, np.float32)

@@ -17,7 +17,7 @@ from jaxwalk.sensors import Estimate
 from jaxwalk.similarity import Similarity
 
 # The controllers' numbers may be traced (one set for each walker of a batch): tuning needs that.
-_META = ("toe_off_form",)
+_META = ("toe_off_form", "toe_off_latched")
 jax.tree_util.register_dataclass(
     GaitConfig,
     data_fields=[f.name for f in dataclasses.fields(GaitConfig) if f.name not in _META],
@@ -39,8 +39,9 @@ _DIMENSION = {
     "ankle_stiffness": "torque",
     "ankle_rate_gain": "rotational_damping",
     "toe_off_duration": "time",
+    "toe_off_duration_min": "time",
     "toe_off_duration_max": "time",
-    "toe_off_base": "torque",
+    "toe_off_full": "torque",
     "touchdown_ahead": "length",
     "touchdown_force": "force",
     "stall_seconds": "time",
@@ -65,7 +66,7 @@ class GaitState:
       elapsed: since the last touch-down, s.
       length, duration: of the step now under way: commanded length (m), early swing (s).
       toe_off, toe_off_seconds: ankle torque (N m, plantarflexion positive) and how long it
-        lasts (s), latched at touch-down.
+        lasts (s), set at touch-down; they may grow while it lasts.
     """
 
     stance: Int[Array, ""]
@@ -98,14 +99,26 @@ def swing_phase(gait: GaitState) -> Int[Array, ""]:
     return jnp.int32(Phase.TOE_OFF) + early.astype(jnp.int32) + terminal.astype(jnp.int32)
 
 
-def phases(gait: GaitState) -> Int[Array, "2"]:
-    """[2] `Phase` of each leg."""
-    return jnp.where(gait.is_stance, jnp.int32(Phase.STANCE), swing_phase(gait))
-
-
 def swing_progress(gait: GaitState) -> Float[Array, ""]:
     """Share of early swing that is over: negative in toe-off, above 1 in terminal swing."""
     return (gait.elapsed - gait.toe_off_seconds) / gait.duration
+
+
+def pressed(
+    config: GaitConfig, gait: GaitState, torque: Float[Array, ""], seconds: Float[Array, ""]
+) -> GaitState:
+    """The toe-off under way, made stronger and longer where ``torque`` N m and ``seconds`` ask for more.
+
+    Eqs 14-22 set both from the speed lost at touch-down. A push from the front during toe-off
+    takes more, which nothing later in the step could give back: the ankle is passive from then on.
+    """
+    if config.toe_off_latched:
+        return gait
+    pressing = gait.elapsed < gait.toe_off_seconds
+    return gait.replace(
+        toe_off=jnp.where(pressing, jnp.maximum(gait.toe_off, torque), gait.toe_off),
+        toe_off_seconds=jnp.where(pressing, jnp.maximum(gait.toe_off_seconds, seconds), gait.toe_off_seconds),
+    )
 
 
 def step_length(body: Skeleton, gait: GaitState, estimate: Estimate) -> Float[Array, ""]:

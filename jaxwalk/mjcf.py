@@ -17,7 +17,6 @@ SIDES = ("left", "right")
 JOINTS = ("root_x", "root_z", "root_pitch") + tuple(
     f"{joint}_{side}" for side in SIDES for joint in ("hip", "knee", "ankle")
 )
-ACTUATORS = tuple(f"{joint}_{side}" for side in SIDES for joint in ("hip", "knee", "ankle"))
 DRAWN, COLLIDES = 1, 3  # geom groups: boxes are drawn, spheres collide
 SOLE_RADIUS = 0.01  # fraction of height
 
@@ -157,7 +156,7 @@ def _actuators(spec: mujoco.MjSpec, side: str, scale: Similarity, physics: Physi
 def build(body: Body, physics: PhysicsConfig) -> mujoco.MjSpec:
     """The planar walker of ``body``: 9 degrees of freedom, 4 foot contacts, 6 actuators.
 
-    Actuators, in ``ACTUATORS`` order: hip velocity servo (rad/s), knee position servo
+    Actuators, three a side: hip velocity servo (rad/s), knee position servo
     (rad), ankle effort (N m), left then right. Sensors: IMU at the torso's centre of
     mass (velocity, up axis, gyro) and a touch sensor under each foot.
     """

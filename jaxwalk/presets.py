@@ -33,8 +33,9 @@ _PAPER = Config(
     ),
     gait=GaitConfig(
         pitch_nominal=0.02,  # phi0, printed
-        length_nominal=0.633,  # height-to-stride-length ratio at 1 m/s (Boulic et al.)
         toe_off_form="paper",
+        toe_off_latched=True,
+        toe_off_duration_min=GaitConfig.toe_off_duration,
         toe_off_duration_max=GaitConfig.toe_off_duration,
     ),
     train=TrainConfig(height_spread=0.0, mass_spread=0.0),

@@ -32,6 +32,11 @@ def none() -> Push:
     return Push(jnp.int32(NEVER), jnp.int32(1), jnp.float32(0), jnp.float32(0))
 
 
+def whole_ticks(duration: float, timestep: float) -> int:
+    """Ticks of a push of about ``duration`` s, at least one."""
+    return max(1, round(duration / timestep))
+
+
 def of_impulse(
     impulse: Float[Array, ""],
     start: Int[Array, ""],
@@ -43,7 +48,7 @@ def of_impulse(
 
     The force is set by the ticks it really lasts, so the impulse asked for is delivered.
     """
-    ticks = max(1, round(duration / timestep))
+    ticks = whole_ticks(duration, timestep)
     return Push(start, jnp.int32(ticks), impulse / (ticks * timestep), height)
 
 

@@ -12,6 +12,7 @@ from typing import Any
 
 from jaxwalk import __version__
 
+_CGROUP = Path("/sys/fs/cgroup/cpu.max")
 _REPORTED = ("jax", "jaxlib", "mujoco", "mujoco-mjx", "brax", "flax", "optax", "numpy")
 
 
@@ -68,9 +69,16 @@ def hardware() -> dict[str, Any]:
 
 def _cores() -> int:
     """Cores that this process may use; a container's share can be less than the machine's."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(cores, _quota(_CGROUP) or cores)
+
+
+def _quota(file: Path) -> int | None:
+    """Whole cores that a Linux control group grants (``cpu.max``: quota and period, us); None: no limit."""
+    with contextlib.suppress(OSError, ValueError):
+        quota, period = file.read_text().split()
+        return max(1, int(quota) // int(period))  # "max" is no number
+    return None
 
 
 def _cpu_model() -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import jax
 import jax.numpy as jnp
@@ -163,13 +163,18 @@ def tick(task: Task, model: mjx.Model, stepper: Stepper) -> Stepper:
         speed=speed,
     )
     ends = (event.touchdown | event.fell) & stepper.decided & ~event.broken
+    # A fall before the last touch-down was answered is the doing of the footstep that just closed.
+    undecided = event.fell & ~stepper.decided & ~event.broken
+    blamed = stepper.last.replace(
+        transition=replace(stepper.last.transition, reward=earned, discount=jnp.zeros(()))
+    )
     moved = stepper.replace(
         walker=select(event.broken, stepper.walker, state),
         asked=stepper.asked | event.touchdown,
         decided=stepper.decided & ~event.touchdown,
         observation=jnp.where(event.touchdown, observation, stepper.observation),
         speed_sum=jnp.where(event.touchdown, 0.0, speed_sum),
-        last=select(ends, closed, stepper.last),
+        last=select(ends, closed, select(undecided, blamed, stepper.last)),
         terminated=event.fell,
         truncated=event.touchdown & (state.tick >= task.episode_ticks),
         broken=event.broken,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,8 +14,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxwalk import config_io, footstep, policy, resources, run_folder, walker
-from jaxwalk.config import Config
+from jaxwalk import config_io, footstep, policy, resources, run_folder, walker, windows
+from jaxwalk.config import REFERENCE_HEIGHT, Config
 from jaxwalk.errors import UserError
 
 SHIPPED, FIXED = "shipped", "fixed"
@@ -98,4 +99,12 @@ def _changed(
     sensors = config.sensors if noise is None else dataclasses.replace(config.sensors, noise=noise)
     changed = dataclasses.replace(config, body=body, gait=gait, sensors=sensors)
     config_io.check(changed)
+    seconds = changed.train.window_ticks * changed.physics.timestep
+    share = body.height / REFERENCE_HEIGHT
+    if seconds > (toe_off := windows.shortest_toe_off(changed.gait, share)):
+        least = share * (seconds / toe_off) ** 2 * REFERENCE_HEIGHT
+        raise UserError(
+            f"--height {body.height:g}: the toe-off of so short a walker ({toe_off:.3f} s) ends before the "
+            f"policy is asked ({seconds:.3f} s): give at least {math.ceil(least * 100) / 100:g} m"
+        )
     return changed

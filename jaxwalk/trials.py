@@ -15,11 +15,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from flax import struct
-from jax.sharding import AxisType, Mesh, PartitionSpec
+from jax.sharding import PartitionSpec
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from jaxwalk import pushes, stepper, walker
+from jaxwalk import devices, pushes, stepper, walker
 from jaxwalk.config import GaitConfig
+from jaxwalk.devices import AXIS
 from jaxwalk.stepper import Stepper, Task
 
 BINS, BIN_SECONDS = 64, 0.0125  # of the time since touch-down, for the speed's profile
@@ -168,8 +169,7 @@ def _tick(task: Task, profile: Profile, model, trial: Trial) -> Trial:
     push = body.push.replace(start=jnp.where(due, body.tick + delay, body.push.start))
     after = after.replace(walker=body.replace(push=push))
     tally = _count(task, profile, trial.tally, before, after, landed)
-    # Only a decided footstep earns; one that breaks is never told.
-    ended = (landed | after.terminated) & before.decided & ~after.broken
+    ended = (landed | after.terminated) & ~after.broken  # what breaks is never told
     earned = trial.earned + jnp.where(ended, trial.weight * after.last.transition.reward, 0.0)
     weight = trial.weight * jnp.where(ended, after.last.transition.discount, 1.0)
     moved = trial.replace(state=after, touchdowns=touchdowns, tally=tally, earned=earned, weight=weight)
@@ -231,42 +231,35 @@ def advance(task: Task, act: Act, windows: int, params: Params, profile: Profile
     return jax.lax.fori_loop(0, windows, window, trial)
 
 
-def devices_mesh() -> Mesh:
-    """All devices, along the axis ``walkers``."""
-    return jax.make_mesh((jax.device_count(),), ("walkers",), axis_types=(AxisType.Auto,))
-
-
 class Runner:
     """Runs scenarios in batches of one size, so that one program serves them all.
 
     Args:
       task: what is decided.
-      numbers: the controllers'.
       act: the policy on one observation; ``run``'s ``params`` are passed to it.
       batch: trials advanced together; rounded up to a multiple of the devices.
     """
 
-    def __init__(self, task: Task, numbers: GaitConfig, act: Act, batch: int) -> None:
-        devices = jax.device_count()
+    def __init__(self, task: Task, act: Act, batch: int) -> None:
+        mesh = devices.mesh()
         # A trial ends by falling or when it is over, never by an episode's time limit.
         self.task = task = dataclasses.replace(task, episode_ticks=pushes.NEVER)
-        self.batch = -(-batch // devices) * devices
+        self.batch = -(-batch // mesh.size) * mesh.size
         self._windows = max(1, round(1.0 / (task.setup.timestep * task.setup.window_ticks)))
-        rows, same = PartitionSpec("walkers"), PartitionSpec()
+        rows, same = PartitionSpec(AXIS), PartitionSpec()
 
         def sharded(function, *specs):
-            mapped = jax.shard_map(
-                function, mesh=devices_mesh(), in_specs=specs, out_specs=rows, check_vma=False
-            )
+            mapped = jax.shard_map(function, mesh=mesh, in_specs=specs, out_specs=rows, check_vma=False)
             return jax.jit(mapped, donate_argnums=len(specs) - 1)
 
-        self._begin = sharded(jax.vmap(partial(begin, task, numbers)), rows)
+        self._begin = sharded(lambda n, s: jax.vmap(partial(begin, task, n))(s), same, rows)
         each = partial(advance, task, act, self._windows)
         self._advance = sharded(lambda p, f, t: jax.vmap(lambda one: each(p, f, one))(t), same, same, rows)
 
     def run(
         self,
         params: Params,
+        numbers: GaitConfig,
         profile: Profile,
         scenarios: Scenario,
         seconds: float,
@@ -275,6 +268,9 @@ class Runner:
         """Advance [N] scenarios by ``seconds``, rounded up to whole segments.
 
         Args:
+          params: the policy's.
+          numbers: the controllers'; others of the same kind need no new program.
+          profile: what recovery is held against.
           tell: called with the share that is done after each segment.
 
         Returns:
@@ -290,7 +286,7 @@ class Runner:
         for part in range(parts):
             # The last part is filled up with trials that nobody reads.
             index = np.arange(part * self.batch, (part + 1) * self.batch) % count
-            trials = self._begin(jax.tree.map(itemgetter(index), scenarios))
+            trials = self._begin(numbers, jax.tree.map(itemgetter(index), scenarios))
             for segment in range(segments):
                 trials = self._advance(params, profile, trials)
                 jax.block_until_ready(trials.tally.seconds)

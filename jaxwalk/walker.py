@@ -211,7 +211,7 @@ def has_fallen(setup: Setup, walker: Walker) -> Bool[Array, ""]:
 def tick(setup: Setup, model: mjx.Model, walker: Walker) -> tuple[Walker, Event]:
     """One physics step of the closed loop.
 
-    At a touch-down the gait's clock restarts and the toe-off torque is latched; the step's
+    At a touch-down the gait's clock restarts and toe-off begins; the step's
     length and duration stay the last ones until `decide`, which early swing awaits.
     """
     who, numbers = walker.person, walker.person.gait
@@ -224,8 +224,10 @@ def tick(setup: Setup, model: mjx.Model, walker: Walker) -> tuple[Walker, Event]
 
     clock = walker.gait.replace(elapsed=walker.gait.elapsed + setup.timestep)
     landed = gait.touched_down(numbers, bones, clock, estimate)
-    # In swapped order the leg that was in stance trails and pushes off.
-    torque, seconds = _toe_off(setup, who, bones, estimate, clock.stance)
+    # At a touch-down the legs swap: the one that was in stance trails and pushes off.
+    trailing = jnp.where(landed, clock.stance, 1 - clock.stance)
+    torque, seconds = _toe_off(setup, who, bones, estimate, trailing)
+    clock = gait.pressed(numbers, clock, torque, seconds)
     restarted = clock.replace(
         stance=1 - clock.stance, elapsed=jnp.zeros(()), toe_off=torque, toe_off_seconds=seconds
     )

@@ -15,7 +15,7 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
 from jaxwalk import pushes, stepper, walker
-from jaxwalk.config import Config
+from jaxwalk.config import REFERENCE_HEIGHT, Config, GaitConfig
 from jaxwalk.errors import UserError
 from jaxwalk.stepper import Footsteps, Stepper, Task
 
@@ -37,14 +37,19 @@ class Window:
     broken: Bool[Array, "B"]
 
 
+def shortest_toe_off(numbers: GaitConfig, height: float) -> float:
+    """s, for a body of ``height`` times the reference body's."""
+    return numbers.toe_off_duration_min * height**0.5
+
+
 def check(config: Config) -> None:
     """Refuse a window that could miss a touch-down or answer one too late.
 
     Raises:
       UserError: the window is longer than the shortest walker's toe-off.
     """
-    shortest = min(1.0, config.body.height * (1 - config.train.height_spread) / 1.8)
-    toe_off = min(config.gait.toe_off_duration, config.gait.toe_off_duration_max) * shortest**0.5
+    shortest = min(1.0, config.body.height * (1 - config.train.height_spread) / REFERENCE_HEIGHT)
+    toe_off = shortest_toe_off(config.gait, shortest)
     seconds = config.train.window_ticks * config.physics.timestep
     if seconds > toe_off:
         raise UserError(
@@ -66,13 +71,15 @@ def spawn(config: Config, task: Task, key: PRNGKeyArray) -> Stepper:
 
 
 def draw_push(config: Config, state: Stepper, key: PRNGKeyArray) -> pushes.Push:
-    """The next push of a walker: exponential waiting time, uniform impulse, random height."""
-    wait_key, impulse_key, height_key = jax.random.split(key, 3)
+    """The next push of a walker: exponential waiting time, random direction, size and height."""
+    wait_key, side_key, size_key, height_key = jax.random.split(key, 4)
     settings = config.pushes
-    wait = jax.random.exponential(wait_key) / max(settings.rate, 1e-6)
+    wait = jax.random.exponential(wait_key) / settings.rate if settings.rate else jnp.inf
     ratio = state.walker.person.ratio
-    least, most = -settings.impulse_backward, settings.impulse_forward
-    impulse = jax.random.uniform(impulse_key, (), minval=least, maxval=most) * ratio.impulse
+    forward = jax.random.bernoulli(side_key)
+    most = jnp.where(forward, settings.impulse_forward, -settings.impulse_backward)
+    share = jax.random.uniform(size_key, (), minval=settings.impulse_least, maxval=1.0)
+    impulse = most * share * ratio.impulse
     height = settings.height_spread * jax.random.uniform(height_key, (), minval=-1.0) * ratio.length
     ticks = jnp.minimum(wait / config.physics.timestep, 1e8).astype(jnp.int32)
     begin = state.walker.tick + ticks

@@ -10,7 +10,6 @@ import pytest
 from jaxwalk import bench
 from jaxwalk.cli.bench import BenchArgs
 from jaxwalk.config import Config
-from jaxwalk.errors import UserError
 from jaxwalk.stepper import Task
 
 
@@ -66,9 +65,3 @@ def test_the_bare_step_goes_through_the_motion_of_the_tick():
     assert not walked.terminated
     # Three programs round differently; half a second of walking enlarges that little.
     np.testing.assert_allclose(bare.qpos, walked.walker.plant.qpos, atol=1e-4)
-
-
-@pytest.mark.skipif(jax.device_count() == 1, reason="one device takes any number")
-def test_walkers_that_cannot_be_split_are_one_line():
-    with pytest.raises(UserError, match=r"--walkers \d+: give a multiple of the"):
-        bench.bench(BenchArgs(walkers=jax.device_count() + 1))

@@ -17,7 +17,8 @@ NUMBERS = GaitConfig(
     speed_desired=1.0, pitch_nominal=0.02, stance_rate_max=6.0, stance_speed_min=0.5, swing_rate_max=8.0,
     swing_pitch_gain=0.5, swing_knee=1.2, swing_knee_share=0.6, swing_ankle=0.25, terminal_hip_gain=5.0,
     ankle_stiffness=77.0, ankle_rate_gain=1.0, toe_off_form="linear", toe_off_duration=0.05,
-    toe_off_duration_max=0.08, toe_off_ankle=0.5, toe_off_base=100.0, toe_off_gain=400.0, toe_off_speed=1.3,
+    toe_off_duration_min=0.02, toe_off_duration_max=0.08, toe_off_full=60.0, toe_off_ankle=0.5,
+    toe_off_gain=400.0, toe_off_speed=1.5,
 )  # fmt: skip
 BONES = kinematics.skeleton(body.build(BodyConfig()), jnp.float32(1))
 
@@ -119,10 +120,10 @@ def test_the_papers_toe_off_restores_the_speed_lost():
 
 
 def test_the_tuned_toe_off_is_a_line_in_the_speed_lost():
-    assert toe_off("linear", 1.2) == pytest.approx(140.0, abs=1e-3)  # 100 + 400 (1.3 - 1.2)
-    assert toe_off("linear", 1.4) == pytest.approx(60.0, abs=1e-3)
-    assert toe_off("linear", 2.0) == 0.0  # 100 - 280: the foot cannot pull
-    assert toe_off("linear", 0.55, speed_desired=0.5) == pytest.approx(140.0, abs=1e-3)  # 1.3 x 0.5 - 0.55
+    assert toe_off("linear", 1.2) == pytest.approx(120.0, abs=1e-3)  # 400 (1.5 - 1.2)
+    assert toe_off("linear", 1.4) == pytest.approx(40.0, abs=1e-3)
+    assert toe_off("linear", 2.0) == 0.0  # the foot cannot pull
+    assert toe_off("linear", 0.55, speed_desired=0.5) == pytest.approx(80.0, abs=1e-3)  # 1.5 x 0.5 - 0.55
 
 
 @pytest.mark.parametrize(
@@ -132,10 +133,11 @@ def test_the_tuned_toe_off_is_a_line_in_the_speed_lost():
         (150.0, 150.0, 0.05),
         (180.0, 150.0, 0.06),  # 180 x 0.05 = 150 x 0.06 N m s
         (300.0, 150.0, 0.08),  # would take 0.1 s: at most 0.08
-        (0.0, 0.0, 0.05),
+        (30.0, 30.0, 0.025),  # half of what makes a full push: half the time
+        (0.0, 0.0, 0.02),
     ],
 )
-def test_a_torque_beyond_the_ankle_becomes_time(asked, torque, seconds):
+def test_a_strong_push_is_longer_and_a_weak_one_shorter(asked, torque, seconds):
     told = controllers.push_off(NUMBERS, f(150.0), f(asked))
     assert [float(x) for x in told] == pytest.approx([torque, seconds])
 

@@ -146,9 +146,11 @@ def test_a_tenth_of_a_second_of_walking_agrees_with_c(both, rows):
     off = np.abs(plants.qpos[rows] - qpos[rows])[:, :, :3].max((1, 2))  # hip x, z (m) and pitch (rad)
     # Most rows differ by float32 alone (1e-7 a tick, 50 ticks). Where a foot lands or lifts, three
     # Newton iterations may stop short of the solution for a tick, and a contact may begin a tick early or
-    # late: 2 ms of a foot that moves at 2 m/s, through the leg, are under 2 mm and some 2 mrad at the hip.
+    # late: 2 ms of a foot that moves at 2 m/s, through the leg, are under 2 mm and some 2 mrad at the hip,
+    # twice that where one foot lifts and the other lands within the tenth of a second.
     assert np.median(off) < 2e-5
-    assert off.max() < 4e-3
+    assert np.quantile(off, 0.8) < 2e-3
+    assert off.max() < 6e-3
 
 
 def test_readings_come_from_the_plant(both):
@@ -264,6 +266,6 @@ def test_servos_hold_what_they_are_told(open_loop):
     case.commands[:, :, 0], case.commands[:, :, 1] = -2.0, 0.5  # left hip rad/s, left knee rad
     plants, _ = open_loop(case)
     # Velocity servo: 290 N m s/rad against about 1.5 kg m^2 of leg settles in some 10 ms, position servo:
-    # 54 / 900 = 60 ms time constant from 0.3 to 0.5 rad, so exp(-100/60) of 0.2 rad is left.
+    # 100 / 1200 = 83 ms time constant from 0.3 to 0.5 rad, so exp(-100/83) of 0.2 rad is left.
     np.testing.assert_allclose(plants.qvel[:32, -1, 3], -2.0, atol=0.1)
-    np.testing.assert_allclose(plants.qpos[:32, -1, 4], 0.5 - 0.2 * np.exp(-100 / 60), atol=0.02)
+    np.testing.assert_allclose(plants.qpos[:32, -1, 4], 0.5 - 0.2 * np.exp(-100 / 83), atol=0.02)

@@ -17,9 +17,7 @@ from jaxwalk.config import Config, DDPGConfig, to_dict
 from jaxwalk.ddpg import learner
 from jaxwalk.errors import UserError
 
-CONFIG = Config(
-    ddpg=DDPGConfig(hidden=(8, 6)), observation=("speed", "pitch", "zmp", "step_length")
-)
+CONFIG = Config(ddpg=DDPGConfig(hidden=(8, 6)), observation=("speed", "pitch", "zmp", "step_length"))
 _init = jax.jit(learner.init, static_argnums=(0, 2, 3))
 
 

@@ -5,6 +5,8 @@ import os
 import subprocess
 import sys
 
+from jaxwalk import runtime
+
 _REPORT = """
 import json, sys
 from jaxwalk import runtime
@@ -56,3 +58,10 @@ def test_importing_the_package_changes_nothing():
     program = "import os; before = dict(os.environ); import jaxwalk, jaxwalk.cli, jaxwalk.runtime, sys;"
     program += "assert before == dict(os.environ); assert 'jax' not in sys.modules"
     subprocess.run([sys.executable, "-c", program], check=True)
+
+
+def test_a_containers_share_of_the_cores_is_read(tmp_path):
+    for text, cores in (("max 100000", None), ("150000 100000", 1), ("400000 100000", 4), ("junk", None)):
+        (tmp_path / "cpu.max").write_text(text + "\n")
+        assert runtime._quota(tmp_path / "cpu.max") == cores
+    assert runtime._quota(tmp_path / "none") is None

@@ -81,7 +81,8 @@ def run(runner, profile):
     """The trials' ends, and the shares told on the way."""
     who = walker.person(CONFIG.gait, jnp.float32(1.8), jnp.float32(75))
     shares = []
-    ended = runner.run(footstep.nominal_action(who), profile, scenarios(), SECONDS, shares.append)
+    step = footstep.nominal_action(who)
+    ended = runner.run(step, CONFIG.gait, profile, scenarios(), SECONDS, shares.append)
     return ended, shares
 
 
@@ -97,7 +98,7 @@ def policy():
 
 @pytest.fixture(scope="module")
 def runner(policy):
-    return Runner(TASK, CONFIG.gait, policy, 8)
+    return Runner(TASK, policy, 8)
 
 
 @pytest.fixture(scope="module")
@@ -117,7 +118,7 @@ def test_progress_rises_to_one(eight):
 
 def test_trials_do_not_depend_on_the_batch_they_are_run_in(trials, profile):
     # Seven trials as 8, and as 4 and 4: each part is filled up with trials that nobody reads.
-    four, _ = run(Runner(TASK, CONFIG.gait, lambda action, observation: action, 4), profile)
+    four, _ = run(Runner(TASK, lambda action, observation: action, 4), profile)
     assert four.tally.seconds.shape == trials.tally.seconds.shape == (len(CASES),)
     np.testing.assert_array_equal(four.state.terminated, trials.state.terminated)
     np.testing.assert_array_equal(four.touchdowns, trials.touchdowns)

@@ -109,7 +109,7 @@ def test_a_walker_walks_alone_as_it_does_in_a_batch(walked, tick):
 
 
 def test_one_program_serves_all_walkers(tick):
-    faster = dataclasses.replace(CONFIG.gait, speed_desired=1.2, toe_off_base=90.0)
+    faster = dataclasses.replace(CONFIG.gait, speed_desired=1.2, toe_off_gain=350.0)
     push = pushes.of_impulse(jnp.float32(30), jnp.int32(1), 0.1, DT, jnp.float32(0.1))
     for state in (
         born(jax.random.key(1)),

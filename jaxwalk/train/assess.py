@@ -8,13 +8,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from jaxwalk import pushes
 from jaxwalk.config import Config
 from jaxwalk.ddpg import learner
 from jaxwalk.ddpg.learner import LearnerState
 from jaxwalk.stepper import Task
 from jaxwalk.trials import BINS, Profile, Runner, Scenario, Trial
 
-IMPULSES = (40.0, 50.0, 60.0, 70.0, -30.0, -40.0, -50.0, -60.0)
+IMPULSES = (50.0, 60.0, 70.0, 80.0, -30.0, -40.0, -50.0, -60.0)
 PHASES = 14
 CALM = 16  # walkers that nobody pushes
 SECONDS = 8.0
@@ -51,7 +52,7 @@ class Assessor:
         ] * CALM
         impulse, phase = np.array(rows, np.float32).T
         count = len(rows)
-        ticks = max(1, round(config.pushes.duration / config.physics.timestep))
+        ticks = pushes.whole_ticks(config.pushes.duration, config.physics.timestep)
         # Quiet names the policy, not the sensors: those are as noisy as in training.
         self.scenarios = Scenario(
             height=jnp.full(count, config.body.height, jnp.float32),
@@ -66,7 +67,6 @@ class Assessor:
         self._impulse = impulse
         self._runner = Runner(
             Task.of(config),
-            config.gait,
             lambda state, observation: learner.act(config.ddpg, state, observation),
             count,
         )
@@ -77,7 +77,8 @@ class Assessor:
 
     def __call__(self, state: LearnerState) -> Assessment:
         """Run all scenarios with the learner's actor, without exploration."""
-        return self._judge(state, self._runner.run(state, self._profile, self.scenarios, SECONDS))
+        numbers = self.config.gait
+        return self._judge(state, self._runner.run(state, numbers, self._profile, self.scenarios, SECONDS))
 
     def _judge(self, state: LearnerState, trials: Trial) -> Assessment:
         up = ~trials.state.terminated

@@ -19,9 +19,8 @@ from jaxwalk.config import Config
 from jaxwalk.ddpg import learner, noise, replay
 from jaxwalk.ddpg.learner import LearnerState
 from jaxwalk.ddpg.replay import Replay
+from jaxwalk.devices import AXIS
 from jaxwalk.stepper import Stepper, Task
-
-AXIS = "walkers"
 
 
 @struct.dataclass

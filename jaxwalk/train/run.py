@@ -12,10 +12,9 @@ from typing import Any
 import jax
 import numpy as np
 
-from jaxwalk import plots, policy, trials, windows
+from jaxwalk import devices, plots, policy, windows
 from jaxwalk.config import Config
 from jaxwalk.ddpg import learner
-from jaxwalk.errors import UserError
 from jaxwalk.progress import Progress
 from jaxwalk.run_folder import RunFolder
 from jaxwalk.train import loop
@@ -31,11 +30,10 @@ def run(config: Config, run_dir: Path | None, seed: int, command: str) -> Path:
       UserError: a configuration that cannot be run, or a folder that cannot be used.
     """
     windows.check(config)
-    mesh = trials.devices_mesh()
-    if config.train.walkers % mesh.size:
-        raise UserError(f"--train.walkers {config.train.walkers}: give a multiple of the {mesh.size} devices")
+    mesh = devices.mesh(config.train.walkers)
     with RunFolder.create(run_dir, config, seed, command) as folder:
-        print(f"run folder {folder.path}, {mesh.size} devices ({jax.devices()[0].platform})", flush=True)
+        kind = jax.devices()[0].platform
+        print(f"run folder {folder.path}, devices ({kind}): {mesh.size}", flush=True)
         with Progress(config.train.footsteps) as progress, _Stop() as stop:
             _Run(config, folder, seed, command, mesh, progress, stop).go()
         return folder.path

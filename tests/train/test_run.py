@@ -11,7 +11,7 @@ import jax
 import numpy as np
 import pytest
 
-from jaxwalk import policy, run_folder, trials, windows
+from jaxwalk import devices, policy, run_folder, windows
 from jaxwalk.errors import UserError
 from jaxwalk.presets import PRESETS
 from jaxwalk.progress import Progress
@@ -110,7 +110,7 @@ def test_same_seed_same_training_in_one_program(monkeypatch):
     traces = []
     window = windows.window
     monkeypatch.setattr(windows, "window", lambda *args: traces.append(1) or window(*args))
-    mesh = trials.devices_mesh()
+    mesh = devices.mesh()
     advance = loop.make(CONFIG, mesh)
 
     def train(seed: int):
