@@ -250,7 +250,9 @@ class RewardConfig:
     """The reward of one footstep: exp(-cost), cost a weighted sum of normalised squares."""
 
     speed_weight: float = 8.0
-    """Weight of ((v - v_desire) / 0.5 m/s)^2."""
+    """Weight of ((|v - v_desire| - tolerance) / 0.5 m/s)^2, where positive."""
+    speed_tolerance: float = 0.025
+    """How far the speed may be off at no cost, m/s: a little faster is a lot safer from the front."""
     pitch_weight: float = 0.5
     """Weight of (phi / 0.2 rad)^2."""
     zmp_weight: float = 0.1

@@ -79,7 +79,7 @@ _POSITIVE = """
     train.episode_seconds train.windows_per_report train.evaluations
 """.split()
 _NOT_NEGATIVE = """
-    physics.tolerance sensors.noise pushes.rate
+    physics.tolerance sensors.noise pushes.rate reward.speed_tolerance
     pushes.impulse_forward pushes.impulse_backward pushes.height_spread ddpg.warmup
     ddpg.critic_head_start
     ddpg.updates_per_footstep ddpg.noise_start ddpg.noise_end ddpg.weight_decay ddpg.max_grad_norm

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from jaxwalk import files, pushes, runtime, subjects
+from jaxwalk import files, runtime, scenarios, subjects
 from jaxwalk.config import to_dict
+from jaxwalk.statistics import threshold
 from jaxwalk.stepper import Task
 from jaxwalk.subjects import Subject
 from jaxwalk.trials import BINS, Profile, Runner, Scenario, Trial
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 BATCH = 256  # trials in one program, at most
 AFTER_PUSH = 8.0  # s watched after the step in which the push comes
 BEFORE_PUSH = 5.0  # s, enough for the step of the push to be reached
-SURVIVED = 0.95
 
 Tell = Callable[[str, float], None]
 
@@ -73,48 +72,6 @@ class Pushes:
     impulse_delivered: list[float]
 
 
-def scenario_batch(
-    subject: Subject, impulses: np.ndarray, phases: np.ndarray, args: EvaluateArgs, seed: int
-) -> Scenario:
-    """[N] scenarios on the subject's body, one for each (impulse, phase)."""
-    body, count = subject.config.body, len(impulses)
-    ticks = pushes.whole_ticks(args.push_duration, subject.config.physics.timestep)
-
-    def all_of(value: float) -> jax.Array:
-        return jnp.full(count, value, jnp.float32)
-
-    return Scenario(
-        height=all_of(body.height),
-        mass=all_of(body.mass),
-        noise=all_of(subject.config.sensors.noise),
-        impulse=jnp.asarray(impulses, jnp.float32),
-        push_ticks=jnp.full(count, ticks, jnp.int32),
-        push_height=all_of(args.push_height),
-        phase=jnp.asarray(phases, jnp.float32),
-        key=jax.random.split(jax.random.key(seed), count),
-    )
-
-
-def threshold(impulses: Sequence[float], survival: Sequence[float]) -> dict[str, float]:
-    """Largest impulse of each direction such that it and all smaller ones are survived by 95 %.
-
-    Args:
-      impulses: the grid, N s, signed. survival: of each, over phases and replicas.
-
-    Returns:
-      forward and backward, N s, as magnitudes; 0 where even the smallest was not survived.
-    """
-    found = {"forward": 0.0, "backward": 0.0}
-    for name, sign in (("forward", 1), ("backward", -1)):
-        for size, share in sorted(
-            (sign * i, s) for i, s in zip(impulses, survival, strict=True) if sign * i > 0
-        ):
-            if share < SURVIVED:
-                break
-            found[name] = size
-    return found
-
-
 def evaluate(subject: Subject, args: EvaluateArgs, tell: Tell = lambda what, share: None) -> dict[str, Any]:
     """All of it, as the JSON that ``jaxwalk evaluate`` writes.
 
@@ -125,16 +82,17 @@ def evaluate(subject: Subject, args: EvaluateArgs, tell: Tell = lambda what, sha
     most = max(args.walkers, len(args.impulses) * args.phases * args.replicas)
     runner = Runner(task, subject.act, min(BATCH, most))
 
-    def follow(what: str, scenarios: Scenario, profile: Profile, seconds: float) -> Trial:
+    def follow(what: str, batch: Scenario, profile: Profile, seconds: float) -> Trial:
         numbers = subject.config.gait
-        return runner.run(subject.params, numbers, profile, scenarios, seconds, partial(tell, what))
+        return runner.run(subject.params, numbers, profile, batch, seconds, partial(tell, what))
 
     blank = Profile(jnp.zeros(BINS), jnp.float32(0.6))
     none = np.zeros(args.walkers, np.float32)
-    walked = follow("walking", scenario_batch(subject, none, none, args, args.seed), blank, args.seconds)
+    calm = scenarios.batch(subject.config, none, none, scenarios.keys(args.seed, args.walkers))
+    walked = follow("walking", calm, blank, args.seconds)
     result: dict[str, Any] = {"walking": asdict(_walking(walked))}
     if args.impulses:
-        pushed = _push_test(subject, args, _profile(walked), follow)
+        pushed = _push_test(subject, args, profile_of(walked), follow)
         shares = [float(np.mean(row)) for row in pushed.survival]
         result |= {"pushes": asdict(pushed), "threshold": threshold(pushed.impulses, shares)}
     options = {**asdict(args), "policy": args.policy, "json": None}
@@ -156,7 +114,7 @@ def _walking(trials: Trial) -> Walking:
     )
 
 
-def _profile(trials: Trial) -> Profile:
+def profile_of(trials: Trial) -> Profile:
     """Mean speed over the step, and mean step duration, of walkers that nobody pushed."""
     tally = trials.tally
     count = tally.speed_count.sum(0)
@@ -175,8 +133,15 @@ def _push_test(
     phases = np.arange(args.phases, dtype=np.float32) / args.phases
     shape = (len(impulses), len(phases), args.replicas)
     grid = np.broadcast_to(impulses[:, None, None], shape), np.broadcast_to(phases[None, :, None], shape)
-    scenarios = scenario_batch(subject, grid[0].ravel(), grid[1].ravel(), args, args.seed + 1)
-    trials = follow("pushes", scenarios, profile, BEFORE_PUSH + AFTER_PUSH)
+    tried = scenarios.batch(
+        subject.config,
+        grid[0].ravel(),
+        grid[1].ravel(),
+        scenarios.keys(args.seed + 1, int(np.prod(shape))),
+        args.push_height,
+        args.push_duration,
+    )
+    trials = follow("pushes", tried, profile, BEFORE_PUSH + AFTER_PUSH)
 
     met = np.isclose(trials.tally.impulse, trials.scenario.impulse, rtol=1e-3)
     # A walker that no push reached survived nothing, unless none was asked for.

@@ -19,16 +19,25 @@ def to_json(value: Any, indent: int | None = None) -> str:
 
 
 def write_json(path: Path, value: Any) -> None:
-    """Replace ``path`` by ``value`` as JSON, all at once: a reader sees the old file or the new.
+    """Replace ``path`` by ``value`` as JSON, all at once.
 
     Raises:
-      UserError: the folder is missing or closed to us.
+      UserError: the folder is missing, full or closed to us.
+    """
+    write_bytes(path, (to_json(value, indent=2) + "\n").encode())
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Replace ``path`` by ``content``, all at once: a reader sees the old file or the new.
+
+    Raises:
+      UserError: the folder is missing, full or closed to us.
     """
     try:
         descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
         try:
-            with os.fdopen(descriptor, "w") as file:
-                file.write(to_json(value, indent=2) + "\n")
+            with os.fdopen(descriptor, "wb") as file:
+                file.write(content)
             os.chmod(name, 0o666 & ~_umask())  # mkstemp's files are its owner's alone
             os.replace(name, path)
         except BaseException:
@@ -52,6 +61,19 @@ def check_output(option: str, path: Path) -> None:
         raise UserError(f"{option} {path}: there is no folder {path.parent}; name a file in one that exists")
     if not os.access(path if path.exists() else path.parent, os.W_OK):
         raise UserError(f"{option} {path}: not writable; name a file in a folder that can be written")
+
+
+def check_folder(option: str, path: Path) -> None:
+    """See, before minutes of work, that results can be put into the folder ``path``, which need not exist.
+
+    Raises:
+      UserError: naming ``option``, when they cannot.
+    """
+    nearest = next(p for p in (path, *path.absolute().parents) if os.path.lexists(p))
+    if not nearest.is_dir():
+        raise UserError(f"{option} {path}: {nearest} is not a folder; name a folder for the results")
+    if not os.access(nearest, os.W_OK | os.X_OK):
+        raise UserError(f"{option} {path}: {nearest} is closed to us; name a folder that can be written")
 
 
 def _umask() -> int:

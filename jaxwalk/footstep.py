@@ -100,8 +100,9 @@ def reward(
     ratio = state.person.ratio
     desired = state.person.gait.speed_desired
     usual = _BOULIC * jnp.sqrt(desired / ratio.speed) * ratio.length
+    off = jnp.maximum(jnp.abs(speed - desired) - config.speed_tolerance, 0.0)
     cost = (
-        config.speed_weight * ((speed - desired) / _SPEED) ** 2
+        config.speed_weight * (off / _SPEED) ** 2
         + config.pitch_weight * (state.estimate.pitch / _PITCH) ** 2
         + config.zmp_weight * (_zmp(setup, state) / _ZMP) ** 2
         + config.length_weight * ((length - usual) / (_LENGTH * ratio.length)) ** 2

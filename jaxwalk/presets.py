@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from jaxwalk.config import BodyConfig, Config, DDPGConfig, GaitConfig, TrainConfig
+from jaxwalk.config import BodyConfig, Config, DDPGConfig, GaitConfig, RewardConfig, TrainConfig
 
 PresetName = Literal["default", "paper", "smoke"]
 
@@ -38,6 +38,7 @@ _PAPER = Config(
         toe_off_duration_min=GaitConfig.toe_off_duration,
         toe_off_duration_max=GaitConfig.toe_off_duration,
     ),
+    reward=RewardConfig(speed_tolerance=0.0),
     train=TrainConfig(height_spread=0.0, mass_spread=0.0),
     observation=("speed", "pitch", "zmp", "step_length"),
 )

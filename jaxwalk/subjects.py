@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import json
 import math
 from collections.abc import Callable
@@ -12,6 +13,7 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from jaxwalk import config_io, footstep, policy, resources, run_folder, walker, windows
@@ -36,6 +38,14 @@ class Subject:
     config: Config
     params: Any
     act: Callable[[Any, Float[Array, "O"]], Float[Array, "2"]]
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the parameters: two subjects of one digest and configuration act alike."""
+        hashed = hashlib.sha256()
+        for leaf in jax.tree.leaves(self.params):
+            hashed.update(np.asarray(leaf).tobytes())
+        return hashed.hexdigest()
 
 
 def load(

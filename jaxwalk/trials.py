@@ -79,6 +79,7 @@ class Tally:
       pitch_high, pitch_low: of the footstep under way, rad.
       pitch_swing: sum over footsteps of half the peak-to-peak, rad.
       steps, step_length, step_seconds: footsteps counted, and their sums (m, s).
+      longest, shortest: footstep since the push began, m and s.
       speed_sum, speed_count: [BINS] the speed over the step.
       impulse: delivered so far, N s.
       off: how far the speed is off its profile, averaged over about `OFF_SECONDS`, m/s.
@@ -96,6 +97,8 @@ class Tally:
     steps: Float[Array, ""]
     step_length: Float[Array, ""]
     step_seconds: Float[Array, ""]
+    longest: Float[Array, ""]
+    shortest: Float[Array, ""]
     speed_sum: Float[Array, "BINS"]
     speed_count: Float[Array, "BINS"]
     impulse: Float[Array, ""]
@@ -147,6 +150,8 @@ def begin(task: Task, numbers: GaitConfig, scenario: Scenario) -> Trial:
         steps=zero,
         step_length=zero,
         step_seconds=zero,
+        longest=zero,
+        shortest=jnp.float32(jnp.inf),
         speed_sum=bins,
         speed_count=bins,
         impulse=zero,
@@ -190,6 +195,7 @@ def _count(
     whole = landed & (counts > 0)
     push, tick = before.walker.push, before.walker.tick
     pushed = tick >= push.start + push.ticks
+    answering = landed & (tick >= push.start)
     # A landing a few ticks early is no loss of balance: its spike is averaged away.
     off = tally.off + dt / OFF_SECONDS * (speed - jnp.sum(jnp.where(here, profile.speed, 0.0)) - tally.off)
     steady = jnp.where(pushed & (jnp.abs(off) <= RECOVERED), tally.steady + dt, 0.0)
@@ -205,6 +211,8 @@ def _count(
         steps=tally.steps + whole,
         step_length=tally.step_length + jnp.where(whole, after.last.length, 0.0),
         step_seconds=tally.step_seconds + jnp.where(whole, after.last.seconds, 0.0),
+        longest=jnp.where(answering, jnp.maximum(tally.longest, after.last.length), tally.longest),
+        shortest=jnp.where(answering, jnp.minimum(tally.shortest, after.last.seconds), tally.shortest),
         speed_sum=tally.speed_sum + counts * jnp.where(here, speed, 0.0),
         speed_count=tally.speed_count + counts * here,
         impulse=tally.impulse + jnp.where(pushes.active(push, tick), push.force * dt, 0.0),

@@ -24,10 +24,10 @@ import jax.numpy as jnp
 import numpy as np
 import tyro
 
-from jaxwalk import footstep, pushes, runtime, walker
+from jaxwalk import footstep, runtime, scenarios, walker
 from jaxwalk.config import Config, GaitConfig
 from jaxwalk.stepper import Task
-from jaxwalk.trials import BINS, Profile, Runner, Scenario
+from jaxwalk.trials import BINS, Profile, Runner
 
 # What `search` moves, and how far; CMA-ES works on the unit cube.
 RANGES = {
@@ -97,17 +97,7 @@ class Bench:
         self.impulse, phase = np.array(cases + [(0.0, 0.0)] * CALM, np.float32).T
         count = len(self.impulse)
         config = self.config
-        ticks = pushes.whole_ticks(config.pushes.duration, config.physics.timestep)
-        self.scenarios = Scenario(
-            height=jnp.full(count, config.body.height, jnp.float32),
-            mass=jnp.full(count, config.body.mass, jnp.float32),
-            noise=jnp.full(count, config.sensors.noise, jnp.float32),
-            impulse=jnp.asarray(self.impulse),
-            push_ticks=jnp.full(count, ticks, jnp.int32),
-            push_height=jnp.zeros(count),
-            phase=jnp.asarray(phase),
-            key=jax.random.split(jax.random.key(self.args.seed), count),
-        )
+        self.scenarios = scenarios.batch(config, self.impulse, phase, scenarios.keys(self.args.seed, count))
         self.profile = Profile(jnp.zeros(BINS), jnp.float32(PROFILE_SECONDS))
         self.runner = Runner(Task.of(config), lambda p, o: p["step"] + p["rule"] @ (o - USUAL), count)
 

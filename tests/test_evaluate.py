@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from jaxwalk import cli, evaluate
+from jaxwalk import cli
 
 
 @pytest.fixture(scope="module")
@@ -51,14 +51,3 @@ def test_small_pushes_are_survived_and_recovered_and_huge_ones_are_not(result):
 
 def test_configuration_is_told(result):
     assert result["config"]["body"]["height"] == 1.8
-
-
-def test_threshold_is_the_prefix_of_the_grid():
-    impulses = [-30.0, -20.0, -10.0, 10.0, 20.0, 30.0, 40.0]
-    # An island of survival above a failure does not count.
-    survival = [1.0, 0.9, 1.0, 1.0, 0.95, 0.94, 1.0]
-    assert evaluate.threshold(impulses, survival) == {"forward": 20.0, "backward": 10.0}
-
-
-def test_threshold_of_a_walker_that_survives_nothing_is_zero():
-    assert evaluate.threshold([-10.0, 10.0], [0.0, 0.0]) == {"forward": 0.0, "backward": 0.0}

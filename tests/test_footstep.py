@@ -90,7 +90,9 @@ def test_similar_bodies_observe_the_same(length, mass):
     assert only.tolist() == pytest.approx([length])
 
 
-WEIGHTS = RewardConfig(speed_weight=1.0, pitch_weight=0.5, zmp_weight=0.1, length_weight=0.2, fall=-5.0)
+WEIGHTS = RewardConfig(
+    speed_weight=1.0, speed_tolerance=0.05, pitch_weight=0.5, zmp_weight=0.1, length_weight=0.2, fall=-5.0
+)
 
 
 def earned(who, speed=1.0, length=0.633, fell=False, pitch=0.1, acceleration=0.5):
@@ -110,8 +112,9 @@ def test_reward_by_hand():
     usual = 0.125 + 0.04778
     assert cost(somebody()) == pytest.approx(usual, abs=1e-4)
     # 0.25 m/s too slow: (0.25 / 0.5)^2 = 0.25. 0.15 m too long: 0.2 (0.15 / 0.3)^2 = 0.05.
-    assert cost(somebody(), speed=0.75) == pytest.approx(usual + 0.25, abs=1e-4)
-    assert cost(somebody(), speed=1.25) == pytest.approx(usual + 0.25, abs=1e-4)
+    assert cost(somebody(), speed=0.7) == pytest.approx(usual + 0.25, abs=1e-4)  # ((0.3 - 0.05) / 0.5)^2
+    assert cost(somebody(), speed=1.3) == pytest.approx(usual + 0.25, abs=1e-4)
+    assert cost(somebody(), speed=1.04) == pytest.approx(usual, abs=1e-4)
     assert cost(somebody(), length=0.783) == pytest.approx(usual + 0.05, abs=1e-4)
     assert cost(somebody(), length=0.483) == pytest.approx(usual + 0.05, abs=1e-4)
     # Upright: the ZMP is all that is left, at -0.17558 - 0.5 / 9.81 x (0.32452 + 0.86618 + 0.0702).

@@ -16,6 +16,7 @@ from jaxwalk.errors import UserError
 _COMMANDS = {
     "train": "train a policy into a run folder",
     "evaluate": "measure a policy's walking and the pushes that it survives",
+    "push-map": "which pushes a policy survives, at every phase of the step",
     "render": "draw a policy's walk as mp4, gif or png",
     "bench": "measure the speed of the simulation and of training",
 }
@@ -57,7 +58,7 @@ def _dispatch(argv: list[str]) -> int:
         meant = f" (did you mean {close[0]}?)" if close else ""
         raise UserError(f"unknown command {name!r}: give one of {known}{meant}")
     try:
-        importlib.import_module(f"jaxwalk.cli.{name}").run(rest)
+        importlib.import_module(f"jaxwalk.cli.{name.replace('-', '_')}").run(rest)
     except SystemExit as finished:  # a command's --help
         if finished.code:
             raise

@@ -89,33 +89,35 @@ def flatten(box: str) -> str:
     return "; ".join(parts)
 
 
-def _impulses_from_str(values: list[str]) -> tuple[float, ...]:
+def _numbers_from_str(values: list[str], what: str) -> tuple[float, ...]:
     try:
-        impulses = tuple(float(item) for item in values[0].split(","))
+        numbers = tuple(float(item) for item in values[0].split(","))
     except ValueError:
-        impulses = ()
-    if not impulses or not all(map(math.isfinite, impulses)):
+        numbers = ()
+    if not numbers or not all(map(math.isfinite, numbers)):
         raise ValueError(
-            f"{values[0]!r} is no list of impulses, give numbers with commas between, as in 30,-40"
+            f"{values[0]!r} is no list of {what}, give numbers with commas between, as in 30,-40"
         )
-    return impulses
+    return numbers
 
 
-def _is_impulses(value: Any) -> bool:
+def _is_numbers(value: Any) -> bool:
     return isinstance(value, tuple) and all(isinstance(item, float) for item in value)
+
+
+def _list_of(what: str) -> tyro.constructors.PrimitiveConstructorSpec:
+    return tyro.constructors.PrimitiveConstructorSpec(
+        nargs=1,
+        metavar="N,N,...",
+        instance_from_str=lambda values: _numbers_from_str(values, what),
+        is_instance=_is_numbers,
+        str_from_instance=lambda numbers: [",".join(f"{number:g}" for number in numbers)],
+    )
 
 
 Policy = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="POLICY")]
 OptionalFile = Annotated[Path | None, tyro.conf.arg(metavar="PATH")]
 OptionalFloat = Annotated[float | None, tyro.conf.arg(metavar="FLOAT")]
-Impulses = Annotated[
-    tuple[float, ...],
-    tyro.constructors.PrimitiveConstructorSpec(
-        nargs=1,
-        metavar="N,N,...",
-        instance_from_str=_impulses_from_str,
-        is_instance=_is_impulses,
-        str_from_instance=lambda impulses: [",".join(f"{impulse:g}" for impulse in impulses)],
-    ),
-]
+Impulses = Annotated[tuple[float, ...], _list_of("impulses")]
 """Impulses in N s, as ``30,-40`` on the command line; positive ones push forward."""
+Numbers = Annotated[tuple[float, ...], _list_of("numbers")]

@@ -1,0 +1,72 @@
+"""``jaxwalk push-map``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from jaxwalk import files
+from jaxwalk.cli import checks
+from jaxwalk.cli.parse import Impulses, Numbers, Policy, parse
+from jaxwalk.errors import UserError
+
+IMPULSES = tuple(float(i) for i in range(-120, 121, 15))
+
+
+@dataclass(frozen=True)
+class PushMapArgs:
+    """Which pushes a policy survives: phase of the step x impulse x height x duration."""
+
+    policy: Policy
+    """A run folder, a policy file, 'shipped', or 'fixed' (the step that is never adapted)."""
+    out: Path
+    """Folder for map.npz, map.json and map.png. A map that was interrupted there goes on."""
+    impulses: Impulses = IMPULSES
+    """Pushes, N s, ascending, with commas between; positive ones push forward."""
+    phases: int = 16
+    """Points of the step at which a push begins, evenly spread."""
+    heights: Numbers = (0.0,)
+    """Where pushes land, m above the torso's centre, with commas between."""
+    durations: Numbers = (0.1,)
+    """How long pushes last, s, with commas between."""
+    replicas: int = 8
+    """Walkers for each combination."""
+    chunk: int = 512
+    """Trials in one program: what bounds the memory. The result does not depend on it."""
+    seed: int = 0
+    """Seed of everything that is drawn at random."""
+
+    def check(self) -> None:
+        """Raises:
+        UserError: an option out of its range.
+        """
+        checks.policy(self.policy)
+        for option, values in (
+            ("--impulses", self.impulses),
+            ("--heights", self.heights),
+            ("--durations", self.durations),
+        ):
+            if list(values) != sorted(set(values)):
+                shown = ",".join(f"{v:g}" for v in values)
+                raise UserError(f"{option} {shown}: give ascending numbers, each once")
+        for height in self.heights:
+            checks.between("--heights", height, -1.0, 1.0, " m")
+        for duration in self.durations:
+            checks.positive("--durations", duration, "seconds")
+        for option in ("phases", "replicas", "chunk"):
+            checks.whole(f"--{option}", getattr(self, option))
+        checks.whole("--seed", self.seed, least=0)
+        files.check_folder("--out", self.out)
+
+
+def run(argv: Sequence[str]) -> None:
+    args = parse(PushMapArgs, argv, "push-map")
+    args.check()
+
+    from jaxwalk import runtime
+
+    runtime.setup()
+    from jaxwalk.pushmap import command
+
+    command.main(args)

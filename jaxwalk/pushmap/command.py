@@ -1,0 +1,96 @@
+"""``jaxwalk push-map`` from its options to its files."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table as Screen
+
+from jaxwalk import body, files, physics, runtime, subjects
+from jaxwalk.capturability import Pendulum
+from jaxwalk.config import to_dict
+from jaxwalk.pushmap import picture, run, summary, table
+from jaxwalk.pushmap.grid import Grid
+from jaxwalk.subjects import Subject
+from jaxwalk.trials import Trial
+
+if TYPE_CHECKING:
+    from jaxwalk.cli.push_map import PushMapArgs
+
+
+def push_map(subject: Subject, args: PushMapArgs, progress: Progress) -> dict[str, Any]:
+    """Try the whole grid and write ``map.npz``, ``map.json`` and ``map.png``; gives the JSON."""
+    phases = tuple(i / args.phases for i in range(args.phases))
+    grid = Grid(args.impulses, phases, args.heights, args.durations, args.replicas, args.seed)
+    found = table.resume(args.out, grid, {"policy": subject.digest, "config": to_dict(subject.config)})
+    args.out.mkdir(parents=True, exist_ok=True)
+    before = int(found.done.sum())
+    bar = progress.add_task(f"{grid.size:,} trials", total=1.0)
+    _, walked, rate = run.run(
+        subject, found, args.chunk, args.out, lambda share: progress.update(bar, completed=share)
+    )
+    result = summary.summarise(found, _pendulum(subject, walked, found)) | {
+        "policy": args.policy,
+        "resumed_trials": before,
+        "ticks_per_second": rate or None,
+        "options": {**dataclasses.asdict(args), "out": str(args.out)},
+        "config": to_dict(subject.config),
+        **runtime.hardware(),
+    }
+    files.write_json(args.out / "map.json", result)
+    title = f"{args.policy}: {grid.replicas} walkers a cell, {grid.size:,} trials"
+    picture.draw(result, title, args.out / "map.png")
+    return result
+
+
+def _pendulum(subject: Subject, walked: Trial, found: table.Table) -> Pendulum:
+    """The walker as a pendulum: its own height of the centre of mass, step, and abilities."""
+    config, tally = subject.config, walked.tally
+    person = body.build(config.body)
+    model = physics.compile_mujoco(config.body, config.physics)
+    data = mujoco.MjData(model)
+    data.qpos[1] = person.hip_height
+    mujoco.mj_forward(model, data)
+    steps = max(float(tally.steps.sum()), 1.0)
+    step, seconds = float(tally.step_length.sum()) / steps, float(tally.step_seconds.sum()) / steps
+    longest, shortest = summary.abilities(found)
+    return Pendulum(
+        height=float(data.subtree_com[1, 2]),
+        mass=float(np.sum(model.body_mass)),
+        step=step,
+        seconds=seconds,
+        longest=longest or step,
+        shortest=shortest or seconds,
+        half_foot=(person.toe - person.heel) / 2,
+    )
+
+
+def main(args: PushMapArgs) -> None:
+    """The command."""
+    subject = subjects.load(args.policy)
+    console = Console()
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
+    with Progress(
+        *columns, TimeRemainingColumn(), console=console, disable=not console.is_terminal
+    ) as progress:
+        result = push_map(subject, args, progress)
+    screen = Screen("push", "all phases", "worst phase", "of the limit, worst phase", title=args.policy)
+    for d, duration in enumerate(result["durations"]):
+        for h, height in enumerate(result["heights"]):
+            part = result["maps"][d][h]
+            for way in ("forward", "backward"):
+                name = f"{way}, {duration:g} s, {height:+g} m"
+                told = [_told(part["threshold"][which][way]) for which in ("all_phases", "worst_phase")]
+                screen.add_row(name, *told, f"{min(part['share_of_limit'][way]):.2f}")
+    console.print(screen)
+    console.print(f"map.npz, map.json and map.png in {args.out}", highlight=False)
+
+
+def _told(threshold: dict[str, Any]) -> str:
+    more = " or more: the grid ends" if threshold["censored"] else ""
+    return f"{threshold['impulse']:g} N s ({threshold['per_kg']:.2f} N s/kg){more}"

@@ -1,0 +1,89 @@
+"""The trials of a push map, chunk by chunk; what is done is kept."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+from jaxwalk import evaluate, scenarios
+from jaxwalk.pushmap.table import Table
+from jaxwalk.stepper import Task
+from jaxwalk.subjects import Subject
+from jaxwalk.trials import BINS, Profile, Runner, Trial
+
+CALM = 64  # unpushed walkers, whose speed recovery is held against
+CALM_SECONDS = 15.0
+
+Tell = Callable[[float], None]
+
+
+def run(subject: Subject, table: Table, chunk: int, folder: Path, tell: Tell) -> tuple[Profile, Trial, float]:
+    """Fill ``table`` in place, saving it after each chunk.
+
+    Args:
+      chunk: trials in one program.
+      tell: called with the share of all the work that is done.
+
+    Returns:
+      The unpushed walk's profile and trials, and the ticks a second of the chunks run now (0: none).
+
+    Raises:
+      UserError: the table cannot be saved; what was saved before stands.
+    """
+    grid, config = table.grid, subject.config
+    runner = Runner(Task.of(config), subject.act, min(chunk, grid.size))
+    follow = partial(runner.run, subject.params, config.gait)
+    none = np.zeros(CALM, np.float32)
+    calm = scenarios.batch(config, none, none, scenarios.keys(grid.seed, CALM))
+    walked = follow(Profile(jnp.zeros(BINS), jnp.float32(0.6)), calm, CALM_SECONDS)
+    profile = evaluate.profile_of(walked)
+
+    columns, keys = grid.columns(), scenarios.keys(grid.seed + 1, grid.size)
+    missing = np.flatnonzero(~table.done)
+    seconds = evaluate.BEFORE_PUSH + evaluate.AFTER_PUSH
+    ticks = spent = 0.0
+    for first in range(0, len(missing), runner.batch):
+        rows = missing[first : first + runner.batch]
+        tried = scenarios.batch(
+            config,
+            columns["impulse"][rows],
+            columns["phase"][rows],
+            keys[rows],
+            columns["height"][rows],
+            columns["duration"][rows],
+        )
+        done = grid.size - len(missing) + first
+
+        def part(share: float, done: int = done, rows: NDArray = rows) -> None:
+            tell((done + share * len(rows)) / grid.size)
+
+        begun = time.perf_counter()
+        trials = follow(profile, tried, seconds, part)
+        if first:  # the first chunk also compiles
+            spent += time.perf_counter() - begun
+            ticks += runner.batch * seconds / config.physics.timestep
+        table.put(rows, _results(trials, config.physics.timestep))
+        table.save(folder)
+    return profile, walked, ticks / spent if spent else 0.0
+
+
+def _results(trials: Trial, timestep: float) -> dict[str, NDArray]:
+    tally = trials.tally
+    pushed = np.asarray(trials.state.walker.push.start) * timestep
+    met = np.isclose(tally.impulse, trials.scenario.impulse, rtol=1e-3)
+    survived = ~np.asarray(trials.state.terminated) & met
+    recovery = np.where(survived & np.isfinite(tally.recovery), tally.recovery, np.nan)
+    return {
+        "survived": survived,
+        "fall_seconds": np.where(np.isfinite(tally.fall_seconds), tally.fall_seconds - pushed, np.nan),
+        "recovery_seconds": recovery,
+        "impulse_delivered": tally.impulse,
+        "longest": tally.longest,
+        "shortest": tally.shortest,
+    }

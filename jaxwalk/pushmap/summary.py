@@ -1,0 +1,112 @@
+"""What a finished map says: survival with its intervals, thresholds, and the limits beside them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jaxwalk import capturability
+from jaxwalk.capturability import Pendulum
+from jaxwalk.pushmap.grid import Grid
+from jaxwalk.pushmap.table import Table
+from jaxwalk.statistics import threshold, wilson
+
+QUANTILE = 0.95  # of survivors' longest and shortest steps: a single odd step is nobody's ability
+
+
+def summarise(table: Table, pendulum: Pendulum) -> dict[str, Any]:
+    """All of ``map.json`` that comes from the trials.
+
+    Every part is [durations][heights] of its own: survival, low, high (Wilson, 95 %) and recovery
+    [I][P], thresholds over all phases, for the worst phase and for each, in N s and N s/kg.
+    """
+    grid = table.grid
+    survived = table.columns["survived"].reshape(grid.shape)
+    recovery = table.columns["recovery_seconds"].reshape(grid.shape)
+    parts = [
+        [_part(grid, survived[d, h], recovery[d, h], pendulum) for h in range(len(grid.heights))]
+        for d in range(len(grid.durations))
+    ]
+    delivered = table.columns["impulse_delivered"]
+    asked = grid.columns()["impulse"]
+    return {
+        "impulses": list(grid.impulses),
+        "phases": list(grid.phases),
+        "heights": list(grid.heights),
+        "durations": list(grid.durations),
+        "replicas": grid.replicas,
+        "trials": grid.size,
+        "impulse_delivered_error": float(np.max(np.abs(delivered - asked))),
+        "pendulum": {
+            "height": pendulum.height,
+            "mass": pendulum.mass,
+            "step": pendulum.step,
+            "seconds": pendulum.seconds,
+            "longest": pendulum.longest,
+            "shortest": pendulum.shortest,
+            "half_foot": pendulum.half_foot,
+            "omega": pendulum.omega,
+            "capture_distance": [capturability.capture_distance(pendulum, n) for n in range(5)]
+            + [capturability.capture_distance(pendulum)],
+        },
+        "maps": parts,
+    }
+
+
+def _part(
+    grid: Grid, survived: NDArray[np.bool_], recovery: NDArray[np.floating], pendulum: Pendulum
+) -> dict[str, Any]:
+    """One duration and height; ``survived`` and ``recovery`` are [I, P, replicas]."""
+    shares = survived.mean(2)
+    low, high = wilson(survived.sum(2), grid.replicas)
+    steady = np.isfinite(recovery)
+    with np.errstate(invalid="ignore"):
+        mean_recovery = np.where(steady, recovery, 0.0).sum(2) / np.maximum(steady.sum(2), 1)
+    each = [threshold(grid.impulses, shares[:, p].tolist()) for p in range(len(grid.phases))]
+    worst = {way: min(one[way] for one in each) for way in ("forward", "backward")}
+    limits = _limits(grid, pendulum)
+    return {
+        "survival": shares.tolist(),
+        "low": low.tolist(),
+        "high": high.tolist(),
+        "recovery_seconds": np.where(steady.any(2), mean_recovery, np.nan).tolist(),
+        "threshold": {
+            "all_phases": _told(grid, threshold(grid.impulses, shares.mean(1).tolist()), pendulum.mass),
+            "worst_phase": _told(grid, worst, pendulum.mass),
+            "each_phase": [_told(grid, one, pendulum.mass) for one in each],
+        },
+        "limits": {name: curve.tolist() for name, curve in limits.items()},
+        "share_of_limit": {
+            "forward": [one["forward"] / max(b, 1e-9) for one, b in zip(each, limits["B"], strict=True)],
+            "backward": [one["backward"] / max(c, 1e-9) for one, c in zip(each, limits["C"], strict=True)],
+        },
+    }
+
+
+def _limits(grid: Grid, pendulum: Pendulum) -> dict[str, NDArray[np.floating]]:
+    time = np.asarray(grid.phases) * pendulum.seconds
+    return {
+        "A": np.asarray(capturability.forward_fixed(pendulum, time)),
+        "B": np.asarray(capturability.forward_replanned(pendulum, time)),
+        "C": np.asarray(capturability.backward(pendulum, time)),
+    }
+
+
+def _told(grid: Grid, found: dict[str, float], mass: float) -> dict[str, Any]:
+    """N s and N s/kg; censored: the grid ended before the walker did."""
+    ends = {"forward": max(grid.impulses), "backward": -min(grid.impulses)}
+    return {
+        way: {"impulse": size, "per_kg": size / mass, "censored": 0 < size >= ends[way]}
+        for way, size in found.items()
+    }
+
+
+def abilities(table: Table) -> tuple[float, float]:
+    """Longest step (m) and shortest step time (s) that survivors answered pushes with."""
+    up = table.columns["survived"] & np.isfinite(table.columns["shortest"])
+    if not up.any():
+        return 0.0, 0.0
+    longest = np.quantile(table.columns["longest"][up], QUANTILE)
+    return float(longest), float(np.quantile(table.columns["shortest"][up], 1 - QUANTILE))

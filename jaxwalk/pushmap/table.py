@@ -1,0 +1,97 @@
+"""The trials' results on disk: one file that grows, and is never half written."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import zipfile
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jaxwalk import files
+from jaxwalk.errors import UserError
+from jaxwalk.pushmap.grid import Grid
+
+NAME = "map.npz"
+RESULTS = {
+    "survived": np.bool_,  # met its push and is up at the end
+    "fall_seconds": np.float32,  # after the push began; NaN for who is up
+    "recovery_seconds": np.float32,  # from the push's end to steady; NaN for who never was
+    "impulse_delivered": np.float32,  # N s
+    "longest": np.float32,  # step, m
+    "shortest": np.float32,  # step, s
+}
+
+
+@dataclass
+class Table:
+    """Results of a grid's trials, in its order; rows that are not ``done`` mean nothing yet.
+
+    Attributes:
+      grid: what is tried.
+      identity: what else decides the results (policy, configuration), as JSON values.
+      done: [size].
+      columns: [size] each of `RESULTS`.
+    """
+
+    grid: Grid
+    identity: dict[str, Any]
+    done: NDArray[np.bool_]
+    columns: dict[str, NDArray]
+
+    @classmethod
+    def empty(cls, grid: Grid, identity: dict[str, Any]) -> Table:
+        columns = {name: np.zeros(grid.size, kind) for name, kind in RESULTS.items()}
+        return cls(grid, identity, np.zeros(grid.size, np.bool_), columns)
+
+    def put(self, rows: NDArray[np.integer], values: dict[str, NDArray]) -> None:
+        """Fill in finished trials."""
+        for name, column in self.columns.items():
+            column[rows] = values[name]
+        self.done[rows] = True
+
+    def save(self, folder: Path) -> None:
+        """Replace the folder's table.
+
+        Raises:
+          UserError: it cannot be written; the old one stands.
+        """
+        buffer = io.BytesIO()
+        np.savez_compressed(
+            buffer, about=np.array(_about(self.grid, self.identity)), done=self.done,
+            **self.grid.columns(), **self.columns,
+        )  # fmt: skip
+        files.write_bytes(folder / NAME, buffer.getvalue())
+
+
+def resume(folder: Path, grid: Grid, identity: dict[str, Any]) -> Table:
+    """The folder's table if it holds the same map, else an empty one.
+
+    Raises:
+      UserError: it holds another map, or a file that is none.
+    """
+    path = folder / NAME
+    if not os.path.lexists(path):
+        return Table.empty(grid, identity)
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            about = str(stored["about"])
+            columns = {name: np.array(stored[name], kind) for name, kind in RESULTS.items()}
+            table = Table(grid, identity, np.array(stored["done"], np.bool_), columns)
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        raise UserError(f"{path} is no push map ({error}): give --out another folder") from error
+    if about != _about(grid, identity) or any(len(c) != grid.size for c in (table.done, *columns.values())):
+        raise UserError(
+            f"{path} holds the map of another policy, grid or seed: give --out another folder, "
+            "or the same options to go on with it"
+        )
+    return table
+
+
+def _about(grid: Grid, identity: dict[str, Any]) -> str:
+    return json.dumps({"grid": asdict(grid), **identity}, sort_keys=True)

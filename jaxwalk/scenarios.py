@@ -1,0 +1,53 @@
+"""Scenarios by the batch, on the configured body."""
+
+from __future__ import annotations
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+from jaxwalk import pushes
+from jaxwalk.config import Config
+from jaxwalk.trials import Scenario
+
+
+def batch(
+    config: Config,
+    impulse: np.ndarray,
+    phase: np.ndarray,
+    keys: Array,
+    push_height: np.ndarray | float = 0.0,
+    push_seconds: np.ndarray | float | None = None,
+) -> Scenario:
+    """[N] scenarios.
+
+    Args:
+      impulse, phase: [N] N s and share of the step; an impulse of 0 is no push.
+      keys: [N] of the starts and the noise.
+      push_height: m above the torso's centre. push_seconds: default as configured.
+    """
+    count = len(impulse)
+
+    def all_of(value: np.ndarray | float) -> Array:
+        return jnp.asarray(np.broadcast_to(np.asarray(value, np.float32), count))
+
+    seconds = config.pushes.duration if push_seconds is None else push_seconds
+    timestep = config.physics.timestep
+    ticks = [pushes.whole_ticks(float(s), timestep) for s in np.broadcast_to(seconds, count)]
+    return Scenario(
+        height=all_of(config.body.height),
+        mass=all_of(config.body.mass),
+        noise=all_of(config.sensors.noise),
+        impulse=all_of(impulse),
+        push_ticks=jnp.asarray(ticks, jnp.int32),
+        push_height=all_of(push_height),
+        phase=all_of(phase),
+        key=keys,
+    )
+
+
+def keys(seed: int, count: int) -> Array:
+    """[count] one key for each trial; the same for any part of a longer row of trials."""
+    root = jax.random.key(seed)
+    return jax.vmap(lambda i: jax.random.fold_in(root, i))(jnp.arange(count))

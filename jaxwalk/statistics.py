@@ -1,0 +1,46 @@
+"""What counts of survivors say: intervals and thresholds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import norm
+
+SURVIVED = 0.95  # share that makes an impulse one that is survived
+
+
+def wilson(
+    survivors: NDArray[np.integer], trials: int, confidence: float = 0.95
+) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
+    """Least and greatest share of survivors that the counts are consistent with (Wilson 1927).
+
+    Args:
+      survivors: of ``trials``, any shape.
+    """
+    z = norm.ppf(0.5 + confidence / 2)
+    share = survivors / trials
+    centre = (share + z**2 / (2 * trials)) / (1 + z**2 / trials)
+    half = z / (1 + z**2 / trials) * np.sqrt(share * (1 - share) / trials + z**2 / (4 * trials**2))
+    return np.maximum(centre - half, 0.0), np.minimum(centre + half, 1.0)
+
+
+def threshold(impulses: Sequence[float], survival: Sequence[float]) -> dict[str, float]:
+    """Largest impulse of each direction such that it and all smaller ones are survived by 95 %.
+
+    Args:
+      impulses: the grid, N s, signed. survival: of each, over phases and replicas.
+
+    Returns:
+      forward and backward, N s, as magnitudes; 0 where even the smallest was not survived.
+    """
+    found = {"forward": 0.0, "backward": 0.0}
+    for name, sign in (("forward", 1), ("backward", -1)):
+        for size, share in sorted(
+            (sign * i, s) for i, s in zip(impulses, survival, strict=True) if sign * i > 0
+        ):
+            if share < SURVIVED:
+                break
+            found[name] = size
+    return found

@@ -1,0 +1,116 @@
+"""``jaxwalk push-map`` from the outside: whole, in pieces, and interrupted."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from jaxwalk import cli
+from jaxwalk.errors import UserError
+from jaxwalk.pushmap import run, table
+
+OPTIONS = "--impulses -10,10,400 --phases 2 --replicas 2".split()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def short():
+    """Few unpushed walkers, for a short time: their statistics are not looked at here."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(run, "CALM", 4)
+        patch.setattr(run, "CALM_SECONDS", 6.0)
+        yield
+
+
+def push_map(out, *more):
+    return cli.main(["push-map", "fixed", "--out", str(out), *OPTIONS, *more])
+
+
+def trials(out):
+    with np.load(out / table.NAME) as stored:
+        return {name: stored[name] for name in (*table.RESULTS, "impulse", "phase", "done")}
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    out = tmp_path_factory.mktemp("map") / "deep" / "folder"
+    assert push_map(out, "--chunk", "12") == 0
+    return out
+
+
+def test_everything_is_written(whole):
+    assert sorted(p.name for p in whole.iterdir()) == ["map.json", "map.npz", "map.png"]
+    found = trials(whole)
+    assert found["done"].all() and len(found["done"]) == 12
+    np.testing.assert_allclose(found["impulse_delivered"][:8], found["impulse"][:8], rtol=1e-4)
+
+
+def test_mild_pushes_are_survived_and_a_huge_one_is_not(whole):
+    result = json.loads((whole / "map.json").read_text())
+    part = result["maps"][0][0]
+    assert part["survival"] == [[1, 1], [1, 1], [0, 0]]
+    assert part["threshold"]["worst_phase"]["forward"] == {
+        "impulse": 10.0, "per_kg": pytest.approx(10 / 75, rel=1e-4), "censored": False,
+    }  # fmt: skip
+    assert part["threshold"]["worst_phase"]["backward"]["censored"]
+    pendulum = result["pendulum"]
+    assert 0.8 < pendulum["height"] < 1.1 and pendulum["mass"] == pytest.approx(75, rel=1e-4)
+    assert pendulum["shortest"] <= pendulum["seconds"] + 0.1
+    fallen = trials(whole)["fall_seconds"][8:]
+    assert (fallen > 0).all() and (fallen < 2).all()
+
+
+def test_a_map_in_pieces_and_interrupted_is_the_same_map(whole, tmp_path, monkeypatch):
+    saves, save = [], table.Table.save
+
+    def full_disk(self, folder):
+        saves.append(int(self.done.sum()))
+        if len(saves) == 2:
+            raise UserError("cannot write map.npz: No space left on device")
+        save(self, folder)
+
+    monkeypatch.setattr(table.Table, "save", full_disk)
+    assert push_map(tmp_path, "--chunk", "4") == 2
+    assert trials(tmp_path)["done"].sum() == 4  # the first chunk is kept
+    assert push_map(tmp_path, "--chunk", "4") == 0
+    assert saves == [4, 8, 8, 12]
+    got, expected = trials(tmp_path), trials(whole)
+    for name in ("survived", "done", "impulse", "phase"):
+        np.testing.assert_array_equal(got[name], expected[name])
+    # Programs of other sizes order float32 sums differently; a walk is stable, so little comes of it.
+    np.testing.assert_allclose(got["impulse_delivered"][:8], expected["impulse_delivered"][:8], rtol=1e-5)
+    np.testing.assert_allclose(got["fall_seconds"], expected["fall_seconds"], atol=0.05)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--impulses", "10,-10"], "--impulses 10,-10: give ascending"),
+        (["--impulses", ""], "no list of impulses"),
+        (["--heights", "0,0"], "--heights 0,0: give ascending"),
+        (["--heights", "7"], "--heights 7: give -1 to 1 m"),
+        (["--durations", "0"], "--durations 0"),
+        (["--chunk", "0"], "--chunk 0: give a whole number"),
+    ],
+)
+def test_bad_options_are_one_line(options, said, tmp_path, capsys):
+    assert cli.main(["push-map", "fixed", "--out", str(tmp_path / "m"), *options]) == 2
+    error = capsys.readouterr().err
+    assert said in error and error.count("\n") == 1
+    assert not (tmp_path / "m").exists()
+
+
+def test_another_map_is_not_overwritten(whole, capsys):
+    before = (whole / table.NAME).read_bytes()
+    assert push_map(whole, "--seed", "1") == 2
+    assert "another policy, grid or seed" in capsys.readouterr().err
+    assert (whole / table.NAME).read_bytes() == before
+
+
+@pytest.mark.parametrize("content", [b"", b"junk", b"PK\x03\x04 cut short"])
+def test_a_damaged_map_is_one_line(content, tmp_path, capsys):
+    (tmp_path / table.NAME).write_bytes(content)
+    assert push_map(tmp_path) == 2
+    error = capsys.readouterr().err
+    assert "is no push map" in error and error.count("\n") == 1
