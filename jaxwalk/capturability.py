@@ -30,7 +30,7 @@ class Pendulum:
       mass: kg.
       step: usual step length s, m. seconds: usual step time T, s.
       longest: step length l that it can take, m. shortest: step time that it can take, s.
-      half_foot: how far the centre of pressure can be from the ankle, r, m.
+      half_foot: how far the centre of pressure can be ahead of the ankle, r, m.
     """
 
     height: float

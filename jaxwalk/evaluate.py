@@ -88,7 +88,9 @@ def evaluate(subject: Subject, args: EvaluateArgs, tell: Tell = lambda what, sha
 
     blank = Profile(jnp.zeros(BINS), jnp.float32(0.6))
     none = np.zeros(args.walkers, np.float32)
-    calm = scenarios.batch(subject.config, none, none, scenarios.keys(args.seed, args.walkers))
+    calm = scenarios.batch(
+        subject.config, none, none, scenarios.keys(args.seed, scenarios.CALM, args.walkers)
+    )
     walked = follow("walking", calm, blank, args.seconds)
     result: dict[str, Any] = {"walking": asdict(_walking(walked))}
     if args.impulses:
@@ -137,7 +139,7 @@ def _push_test(
         subject.config,
         grid[0].ravel(),
         grid[1].ravel(),
-        scenarios.keys(args.seed + 1, int(np.prod(shape))),
+        scenarios.keys(args.seed, scenarios.PUSHED, int(np.prod(shape))),
         args.push_height,
         args.push_duration,
     )
@@ -211,5 +213,7 @@ def _print(console: Console, name: str, result: dict[str, Any]) -> None:
     found = result["threshold"]
     reached = {"forward": max(pushes["impulses"], default=0), "backward": -min(pushes["impulses"], default=0)}
     for direction, size in found.items():
+        if size is None:
+            continue
         more = " or more: the grid ends here" if size > 0 and math.isclose(size, reached[direction]) else ""
         console.print(f"threshold {direction}: {size:g} N s{more}")

@@ -38,6 +38,8 @@ def write_bytes(path: Path, content: bytes) -> None:
         try:
             with os.fdopen(descriptor, "wb") as file:
                 file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
             os.chmod(name, 0o666 & ~_umask())  # mkstemp's files are its owner's alone
             os.replace(name, path)
         except BaseException:
@@ -74,6 +76,18 @@ def check_folder(option: str, path: Path) -> None:
         raise UserError(f"{option} {path}: {nearest} is not a folder; name a folder for the results")
     if not os.access(nearest, os.W_OK | os.X_OK):
         raise UserError(f"{option} {path}: {nearest} is closed to us; name a folder that can be written")
+
+
+def make_folder(option: str, path: Path) -> None:
+    """Make the folder ``path`` with its parents; it may exist.
+
+    Raises:
+      UserError: naming ``option``, when it cannot be made.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"{option} {path}: {error.strerror}; name a folder that can be written") from error
 
 
 def _umask() -> int:

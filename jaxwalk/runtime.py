@@ -46,8 +46,6 @@ def hardware() -> dict[str, Any]:
 
     Starts JAX's devices.
     """
-    from importlib import metadata  # slow enough to be felt in --help
-
     import jax
 
     pages, page = os.sysconf("SC_PHYS_PAGES"), os.sysconf("SC_PAGE_SIZE")
@@ -59,11 +57,20 @@ def hardware() -> dict[str, Any]:
             "devices": [f"{device.platform}: {device.device_kind}" for device in jax.devices()],
             "system": platform.platform(),
         },
+        **versions(),
+    }
+
+
+def versions() -> dict[str, dict[str, str]]:
+    """What a result was computed with: ``{"versions": {...}}``."""
+    from importlib import metadata  # slow enough to be felt in --help
+
+    return {
         "versions": {
             "jaxwalk": __version__,
             "python": platform.python_version(),
             **{name: metadata.version(name) for name in _REPORTED},
-        },
+        }
     }
 
 

@@ -11,6 +11,9 @@ from jaxwalk import pushes
 from jaxwalk.config import Config
 from jaxwalk.trials import Scenario
 
+# What keys are for, beside training, whose keys are of purpose 0.
+ASSESS, CALM, PUSHED, TUNE = 1, 2, 3, 4
+
 
 def batch(
     config: Config,
@@ -47,7 +50,7 @@ def batch(
     )
 
 
-def keys(seed: int, count: int) -> Array:
-    """[count] one key for each trial; the same for any part of a longer row of trials."""
-    root = jax.random.key(seed)
+def keys(seed: int, purpose: int, count: int) -> Array:
+    """[count] one key for each trial; no two purposes share any."""
+    root = jax.random.fold_in(jax.random.key(seed), purpose)
     return jax.vmap(lambda i: jax.random.fold_in(root, i))(jnp.arange(count))

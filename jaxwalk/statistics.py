@@ -26,20 +26,21 @@ def wilson(
     return np.maximum(centre - half, 0.0), np.minimum(centre + half, 1.0)
 
 
-def threshold(impulses: Sequence[float], survival: Sequence[float]) -> dict[str, float]:
+def threshold(impulses: Sequence[float], survival: Sequence[float]) -> dict[str, float | None]:
     """Largest impulse of each direction such that it and all smaller ones are survived by 95 %.
 
     Args:
       impulses: the grid, N s, signed. survival: of each, over phases and replicas.
 
     Returns:
-      forward and backward, N s, as magnitudes; 0 where even the smallest was not survived.
+      forward and backward, N s, as magnitudes; 0 where even the smallest was not survived, None where
+      none was tried.
     """
-    found = {"forward": 0.0, "backward": 0.0}
+    found: dict[str, float | None] = {}
     for name, sign in (("forward", 1), ("backward", -1)):
-        for size, share in sorted(
-            (sign * i, s) for i, s in zip(impulses, survival, strict=True) if sign * i > 0
-        ):
+        tried = sorted((sign * i, s) for i, s in zip(impulses, survival, strict=True) if sign * i > 0)
+        found[name] = 0.0 if tried else None
+        for size, share in tried:
             if share < SURVIVED:
                 break
             found[name] = size

@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from flax import struct
-from jax.sharding import PartitionSpec
+from jax.sharding import Mesh, PartitionSpec
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from jaxwalk import devices, pushes, stepper, walker
@@ -174,7 +174,8 @@ def _tick(task: Task, profile: Profile, model, trial: Trial) -> Trial:
     push = body.push.replace(start=jnp.where(due, body.tick + delay, body.push.start))
     after = after.replace(walker=body.replace(push=push))
     tally = _count(task, profile, trial.tally, before, after, landed)
-    ended = (landed | after.terminated) & ~after.broken  # what breaks is never told
+    # A fall before its touch-down was answered is the next footstep's, here; what breaks is never told.
+    ended = (landed | after.terminated) & ~after.broken
     earned = trial.earned + jnp.where(ended, trial.weight * after.last.transition.reward, 0.0)
     weight = trial.weight * jnp.where(ended, after.last.transition.discount, 1.0)
     moved = trial.replace(state=after, touchdowns=touchdowns, tally=tally, earned=earned, weight=weight)
@@ -246,10 +247,11 @@ class Runner:
       task: what is decided.
       act: the policy on one observation; ``run``'s ``params`` are passed to it.
       batch: trials advanced together; rounded up to a multiple of the devices.
+      mesh: of the devices; default all. ``params`` that live on devices must live on these.
     """
 
-    def __init__(self, task: Task, act: Act, batch: int) -> None:
-        mesh = devices.mesh()
+    def __init__(self, task: Task, act: Act, batch: int, mesh: Mesh | None = None) -> None:
+        mesh = devices.mesh() if mesh is None else mesh
         # A trial ends by falling or when it is over, never by an episode's time limit.
         self.task = task = dataclasses.replace(task, episode_ticks=pushes.NEVER)
         self.batch = -(-batch // mesh.size) * mesh.size

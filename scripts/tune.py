@@ -31,16 +31,16 @@ from jaxwalk.trials import BINS, Profile, Runner
 
 # What `search` moves, and how far; CMA-ES works on the unit cube.
 RANGES = {
-    "length_nominal": (0.45, 0.9),
-    "duration_nominal": (0.06, 0.24),
+    "length_nominal": (0.46, 0.9),
+    "duration_nominal": (0.06, 0.19),
     "pitch_nominal": (0.03, 0.15),
     "swing_rate_max": (6.0, 12.0),
     "swing_pitch_gain": (0.0, 1.2),
     "swing_knee": (0.9, 1.6),
     "swing_knee_share": (0.5, 0.92),
     "swing_ankle": (0.0, 0.4),
-    "terminal_hip_gain": (1.0, 11.0),
-    "toe_off_duration": (0.022, 0.06),
+    "terminal_hip_gain": (1.0, 24.0),
+    "toe_off_duration": (0.026, 0.06),
     "toe_off_gain": (150.0, 500.0),
     "toe_off_speed": (1.1, 1.6),
     "touchdown_share": (0.4, 0.9),
@@ -97,7 +97,9 @@ class Bench:
         self.impulse, phase = np.array(cases + [(0.0, 0.0)] * CALM, np.float32).T
         count = len(self.impulse)
         config = self.config
-        self.scenarios = scenarios.batch(config, self.impulse, phase, scenarios.keys(self.args.seed, count))
+        self.scenarios = scenarios.batch(
+            config, self.impulse, phase, scenarios.keys(self.args.seed, scenarios.TUNE, count)
+        )
         self.profile = Profile(jnp.zeros(BINS), jnp.float32(PROFILE_SECONDS))
         self.runner = Runner(Task.of(config), lambda p, o: p["step"] + p["rule"] @ (o - USUAL), count)
 

@@ -32,3 +32,7 @@ def test_threshold_is_the_prefix_of_the_grid():
 
 def test_threshold_of_a_walker_that_survives_nothing_is_zero():
     assert statistics.threshold([-10.0, 10.0], [0.0, 0.0]) == {"forward": 0.0, "backward": 0.0}
+
+
+def test_a_direction_that_nobody_tried_has_no_threshold():
+    assert statistics.threshold([10.0, 20.0], [1.0, 0.5]) == {"forward": 10.0, "backward": None}

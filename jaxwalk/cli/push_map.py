@@ -11,6 +11,7 @@ from jaxwalk.cli import checks
 from jaxwalk.cli.parse import Impulses, Numbers, Policy, parse
 from jaxwalk.errors import UserError
 
+MOST_SECONDS = 2.0  # a longer one is a load rather than a push
 IMPULSES = tuple(float(i) for i in range(-120, 121, 15))
 
 
@@ -33,7 +34,7 @@ class PushMapArgs:
     replicas: int = 8
     """Walkers for each combination."""
     chunk: int = 512
-    """Trials in one program: what bounds the memory. The result does not depend on it."""
+    """Trials in one program: what bounds the memory. The result does not depend on it, but for rounding."""
     seed: int = 0
     """Seed of everything that is drawn at random."""
 
@@ -53,7 +54,7 @@ class PushMapArgs:
         for height in self.heights:
             checks.between("--heights", height, -1.0, 1.0, " m")
         for duration in self.durations:
-            checks.positive("--durations", duration, "seconds")
+            checks.between("--durations", duration, 0.001, MOST_SECONDS, " s")
         for option in ("phases", "replicas", "chunk"):
             checks.whole(f"--{option}", getattr(self, option))
         checks.whole("--seed", self.seed, least=0)

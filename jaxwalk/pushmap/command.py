@@ -27,8 +27,9 @@ def push_map(subject: Subject, args: PushMapArgs, progress: Progress) -> dict[st
     """Try the whole grid and write ``map.npz``, ``map.json`` and ``map.png``; gives the JSON."""
     phases = tuple(i / args.phases for i in range(args.phases))
     grid = Grid(args.impulses, phases, args.heights, args.durations, args.replicas, args.seed)
-    found = table.resume(args.out, grid, {"policy": subject.digest, "config": to_dict(subject.config)})
-    args.out.mkdir(parents=True, exist_ok=True)
+    identity = {"policy": subject.digest, "config": to_dict(subject.config), **runtime.versions()}
+    found = table.resume(args.out, grid, identity)
+    files.make_folder("--out", args.out)
     before = int(found.done.sum())
     bar = progress.add_task(f"{grid.size:,} trials", total=1.0)
     _, walked, rate = run.run(
@@ -66,7 +67,7 @@ def _pendulum(subject: Subject, walked: Trial, found: table.Table) -> Pendulum:
         seconds=seconds,
         longest=longest or step,
         shortest=shortest or seconds,
-        half_foot=(person.toe - person.heel) / 2,
+        half_foot=person.toe,
     )
 
 
@@ -79,18 +80,21 @@ def main(args: PushMapArgs) -> None:
         *columns, TimeRemainingColumn(), console=console, disable=not console.is_terminal
     ) as progress:
         result = push_map(subject, args, progress)
-    screen = Screen("push", "all phases", "worst phase", "of the limit, worst phase", title=args.policy)
+    screen = Screen("push", "all phases", "worst phase", "least share of the limit", title=args.policy)
     for d, duration in enumerate(result["durations"]):
         for h, height in enumerate(result["heights"]):
             part = result["maps"][d][h]
             for way in ("forward", "backward"):
                 name = f"{way}, {duration:g} s, {height:+g} m"
                 told = [_told(part["threshold"][which][way]) for which in ("all_phases", "worst_phase")]
-                screen.add_row(name, *told, f"{min(part['share_of_limit'][way]):.2f}")
+                shares = [share for share in part["share_of_limit"][way] if share is not None]
+                screen.add_row(name, *told, f"{min(shares):.2f}" if shares else "-")
     console.print(screen)
     console.print(f"map.npz, map.json and map.png in {args.out}", highlight=False)
 
 
-def _told(threshold: dict[str, Any]) -> str:
+def _told(threshold: dict[str, Any] | None) -> str:
+    if threshold is None:
+        return "-"
     more = " or more: the grid ends" if threshold["censored"] else ""
     return f"{threshold['impulse']:g} N s ({threshold['per_kg']:.2f} N s/kg){more}"

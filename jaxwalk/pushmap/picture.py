@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+
+from jaxwalk import files
 
 _LINES = {  # of the limits: sign, label, style
     "A": (1, "A: step in flight fixed", (0, (1, 1))),
@@ -41,7 +44,9 @@ def draw(result: dict[str, Any], title: str, path: Path) -> None:
     panels[0, 0].legend(fontsize=7, loc="lower right", framealpha=0.9)
     figure.colorbar(image, ax=panels, label="share that survives", shrink=0.8)
     figure.suptitle(title, fontsize=11, x=0.01, ha="left")
-    figure.savefig(path, dpi=110, format="png")
+    content = io.BytesIO()
+    figure.savefig(content, dpi=110, format="png")
+    files.write_bytes(path, content.getvalue())
 
 
 def _panel(axes: Axes, result: dict[str, Any], part: dict[str, Any]) -> Any:
@@ -51,7 +56,10 @@ def _panel(axes: Axes, result: dict[str, Any], part: dict[str, Any]) -> Any:
     )
     axes.axhline(0, color="0.3", linewidth=0.6)
     for way, sign in (("forward", 1), ("backward", -1)):
-        each = [sign * one[way]["impulse"] for one in part["threshold"]["each_phase"]]
+        found = [one[way] for one in part["threshold"]["each_phase"]]
+        if None in found:
+            continue
+        each = [sign * one["impulse"] for one in found]
         axes.step(
             phases, each, where="mid", color="black", linewidth=1.4,
             label="threshold of the phase (95 %)" if sign > 0 else None,

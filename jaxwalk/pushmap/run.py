@@ -11,7 +11,8 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from jaxwalk import evaluate, scenarios
+from jaxwalk import evaluate, pushes, scenarios
+from jaxwalk.errors import UserError
 from jaxwalk.pushmap.table import Table
 from jaxwalk.stepper import Task
 from jaxwalk.subjects import Subject
@@ -34,19 +35,21 @@ def run(subject: Subject, table: Table, chunk: int, folder: Path, tell: Tell) ->
       The unpushed walk's profile and trials, and the ticks a second of the chunks run now (0: none).
 
     Raises:
-      UserError: the table cannot be saved; what was saved before stands.
+      UserError: the policy does not walk, or the table cannot be saved; what was saved before stands.
     """
     grid, config = table.grid, subject.config
     runner = Runner(Task.of(config), subject.act, min(chunk, grid.size))
     follow = partial(runner.run, subject.params, config.gait)
     none = np.zeros(CALM, np.float32)
-    calm = scenarios.batch(config, none, none, scenarios.keys(grid.seed, CALM))
+    calm = scenarios.batch(config, none, none, scenarios.keys(grid.seed, scenarios.CALM, CALM))
     walked = follow(Profile(jnp.zeros(BINS), jnp.float32(0.6)), calm, CALM_SECONDS)
+    if not walked.tally.steps.sum():
+        raise UserError(f"policy {subject.name} does not walk: all of {CALM} unpushed walkers fell at once")
     profile = evaluate.profile_of(walked)
 
-    columns, keys = grid.columns(), scenarios.keys(grid.seed + 1, grid.size)
+    columns, keys = grid.columns(), scenarios.keys(grid.seed, scenarios.PUSHED, grid.size)
     missing = np.flatnonzero(~table.done)
-    seconds = evaluate.BEFORE_PUSH + evaluate.AFTER_PUSH
+    seconds = evaluate.BEFORE_PUSH + max(grid.durations) + evaluate.AFTER_PUSH
     ticks = spent = 0.0
     for first in range(0, len(missing), runner.batch):
         rows = missing[first : first + runner.batch]
@@ -65,9 +68,8 @@ def run(subject: Subject, table: Table, chunk: int, folder: Path, tell: Tell) ->
 
         begun = time.perf_counter()
         trials = follow(profile, tried, seconds, part)
-        if first:  # the first chunk also compiles
-            spent += time.perf_counter() - begun
-            ticks += runner.batch * seconds / config.physics.timestep
+        spent += time.perf_counter() - begun
+        ticks += len(rows) * seconds / config.physics.timestep
         table.put(rows, _results(trials, config.physics.timestep))
         table.save(folder)
     return profile, walked, ticks / spent if spent else 0.0
@@ -75,13 +77,14 @@ def run(subject: Subject, table: Table, chunk: int, folder: Path, tell: Tell) ->
 
 def _results(trials: Trial, timestep: float) -> dict[str, NDArray]:
     tally = trials.tally
-    pushed = np.asarray(trials.state.walker.push.start) * timestep
+    start = np.asarray(trials.state.walker.push.start)
+    fell = np.isfinite(tally.fall_seconds) & (start < pushes.NEVER)
     met = np.isclose(tally.impulse, trials.scenario.impulse, rtol=1e-3)
     survived = ~np.asarray(trials.state.terminated) & met
     recovery = np.where(survived & np.isfinite(tally.recovery), tally.recovery, np.nan)
     return {
         "survived": survived,
-        "fall_seconds": np.where(np.isfinite(tally.fall_seconds), tally.fall_seconds - pushed, np.nan),
+        "fall_seconds": np.where(fell, tally.fall_seconds - start * timestep, np.nan),
         "recovery_seconds": recovery,
         "impulse_delivered": tally.impulse,
         "longest": tally.longest,

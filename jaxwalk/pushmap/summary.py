@@ -29,8 +29,8 @@ def summarise(table: Table, pendulum: Pendulum) -> dict[str, Any]:
         [_part(grid, survived[d, h], recovery[d, h], pendulum) for h in range(len(grid.heights))]
         for d in range(len(grid.durations))
     ]
-    delivered = table.columns["impulse_delivered"]
-    asked = grid.columns()["impulse"]
+    up = table.columns["survived"]  # who falls may do so before the push is over
+    delivered, asked = table.columns["impulse_delivered"][up], grid.columns()["impulse"][up]
     return {
         "impulses": list(grid.impulses),
         "phases": list(grid.phases),
@@ -38,7 +38,7 @@ def summarise(table: Table, pendulum: Pendulum) -> dict[str, Any]:
         "durations": list(grid.durations),
         "replicas": grid.replicas,
         "trials": grid.size,
-        "impulse_delivered_error": float(np.max(np.abs(delivered - asked))),
+        "impulse_delivered_error": float(np.max(np.abs(delivered - asked), initial=0.0)),
         "pendulum": {
             "height": pendulum.height,
             "mass": pendulum.mass,
@@ -62,10 +62,9 @@ def _part(
     shares = survived.mean(2)
     low, high = wilson(survived.sum(2), grid.replicas)
     steady = np.isfinite(recovery)
-    with np.errstate(invalid="ignore"):
-        mean_recovery = np.where(steady, recovery, 0.0).sum(2) / np.maximum(steady.sum(2), 1)
+    mean_recovery = np.where(steady, recovery, 0.0).sum(2) / np.maximum(steady.sum(2), 1)
     each = [threshold(grid.impulses, shares[:, p].tolist()) for p in range(len(grid.phases))]
-    worst = {way: min(one[way] for one in each) for way in ("forward", "backward")}
+    worst = {way: min((one[way] for one in each if one[way] is not None), default=None) for way in each[0]}
     limits = _limits(grid, pendulum)
     return {
         "survival": shares.tolist(),
@@ -73,14 +72,16 @@ def _part(
         "high": high.tolist(),
         "recovery_seconds": np.where(steady.any(2), mean_recovery, np.nan).tolist(),
         "threshold": {
-            "all_phases": _told(grid, threshold(grid.impulses, shares.mean(1).tolist()), pendulum.mass),
+            "all_phases": _told(
+                grid, threshold(grid.impulses, survived.mean((1, 2)).tolist()), pendulum.mass
+            ),
             "worst_phase": _told(grid, worst, pendulum.mass),
             "each_phase": [_told(grid, one, pendulum.mass) for one in each],
         },
         "limits": {name: curve.tolist() for name, curve in limits.items()},
         "share_of_limit": {
-            "forward": [one["forward"] / max(b, 1e-9) for one, b in zip(each, limits["B"], strict=True)],
-            "backward": [one["backward"] / max(c, 1e-9) for one, c in zip(each, limits["C"], strict=True)],
+            way: [_share(one[way], limit) for one, limit in zip(each, limits[name], strict=True)]
+            for way, name in (("forward", "B"), ("backward", "C"))
         },
     }
 
@@ -94,11 +95,18 @@ def _limits(grid: Grid, pendulum: Pendulum) -> dict[str, NDArray[np.floating]]:
     }
 
 
-def _told(grid: Grid, found: dict[str, float], mass: float) -> dict[str, Any]:
-    """N s and N s/kg; censored: the grid ended before the walker did."""
+def _share(size: float | None, limit: float) -> float | None:
+    """Of the limit; None where nothing was tried, or the pendulum could bear nothing at all."""
+    return None if size is None or limit <= 0 else float(size / limit)
+
+
+def _told(grid: Grid, found: dict[str, float | None], mass: float) -> dict[str, Any]:
+    """N s and N s/kg; censored: the grid ended before the walker did. None: nothing was tried that way."""
     ends = {"forward": max(grid.impulses), "backward": -min(grid.impulses)}
     return {
-        way: {"impulse": size, "per_kg": size / mass, "censored": 0 < size >= ends[way]}
+        way: None
+        if size is None
+        else {"impulse": size, "per_kg": size / mass, "censored": 0 < size >= ends[way]}
         for way, size in found.items()
     }
 

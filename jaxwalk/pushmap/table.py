@@ -6,6 +6,7 @@ import io
 import json
 import os
 import zipfile
+import zlib
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,7 @@ from jaxwalk.pushmap.grid import Grid
 NAME = "map.npz"
 RESULTS = {
     "survived": np.bool_,  # met its push and is up at the end
-    "fall_seconds": np.float32,  # after the push began; NaN for who is up
+    "fall_seconds": np.float32,  # after the push began; NaN for who is up or met none
     "recovery_seconds": np.float32,  # from the push's end to steady; NaN for who never was
     "impulse_delivered": np.float32,  # N s
     "longest": np.float32,  # step, m
@@ -83,9 +84,11 @@ def resume(folder: Path, grid: Grid, identity: dict[str, Any]) -> Table:
             about = str(stored["about"])
             columns = {name: np.array(stored[name], kind) for name, kind in RESULTS.items()}
             table = Table(grid, identity, np.array(stored["done"], np.bool_), columns)
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+    except (OSError, ValueError, KeyError, EOFError, TypeError, zlib.error, zipfile.BadZipFile) as error:
         raise UserError(f"{path} is no push map ({error}): give --out another folder") from error
-    if about != _about(grid, identity) or any(len(c) != grid.size for c in (table.done, *columns.values())):
+    if about != _about(grid, identity) or {c.shape for c in (table.done, *columns.values())} != {
+        (grid.size,)
+    }:
         raise UserError(
             f"{path} holds the map of another policy, grid or seed: give --out another folder, "
             "or the same options to go on with it"

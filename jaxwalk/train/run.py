@@ -73,7 +73,7 @@ class _Run:
         self.progress, self.stop = progress, stop
         self.state = loop.init(config, mesh, seed)
         self.advance = loop.make(config, mesh)
-        self.assess = Assessor(config, seed)
+        self.assess = Assessor(config, mesh, seed)
         self.best: Assessment | None = None
         self.best_footsteps = 0
         self.rows: list[dict[str, float]] = []

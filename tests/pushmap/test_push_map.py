@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 
+import jax
 import numpy as np
 import pytest
 
-from jaxwalk import cli
+from jaxwalk import cli, evaluate
 from jaxwalk.errors import UserError
 from jaxwalk.pushmap import run, table
 
@@ -16,10 +17,11 @@ OPTIONS = "--impulses -10,10,400 --phases 2 --replicas 2".split()
 
 @pytest.fixture(scope="module", autouse=True)
 def short():
-    """Few unpushed walkers, for a short time: their statistics are not looked at here."""
+    """Few unpushed walkers and short trials: their statistics are not looked at here."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(run, "CALM", 4)
         patch.setattr(run, "CALM_SECONDS", 6.0)
+        patch.setattr(evaluate, "AFTER_PUSH", 2.0)
         yield
 
 
@@ -61,6 +63,7 @@ def test_mild_pushes_are_survived_and_a_huge_one_is_not(whole):
     assert (fallen > 0).all() and (fallen < 2).all()
 
 
+@pytest.mark.skipif(jax.device_count() > 6, reason="a chunk of 12 trials is rounded up to the devices")
 def test_a_map_in_pieces_and_interrupted_is_the_same_map(whole, tmp_path, monkeypatch):
     saves, save = [], table.Table.save
 
@@ -72,9 +75,9 @@ def test_a_map_in_pieces_and_interrupted_is_the_same_map(whole, tmp_path, monkey
 
     monkeypatch.setattr(table.Table, "save", full_disk)
     assert push_map(tmp_path, "--chunk", "4") == 2
-    assert trials(tmp_path)["done"].sum() == 4  # the first chunk is kept
+    assert trials(tmp_path)["done"].sum() == saves[0] < 12  # the first chunk is kept
     assert push_map(tmp_path, "--chunk", "4") == 0
-    assert saves == [4, 8, 8, 12]
+    assert saves[0] < saves[1] == saves[2] and saves[-1] == 12  # what was lost is done again, no more
     got, expected = trials(tmp_path), trials(whole)
     for name in ("survived", "done", "impulse", "phase"):
         np.testing.assert_array_equal(got[name], expected[name])

@@ -128,3 +128,11 @@ def test_same_seed_same_training_in_one_program(monkeypatch):
     kernels = [x.learner.actor["hidden_0"]["kernel"] for x in (first, other)]
     assert not np.array_equal(*kernels)
     assert 0 < len(traces) == once  # six more calls and another seed trace nothing anew
+
+
+@pytest.mark.slow
+def test_walkers_that_the_devices_do_not_divide_train_on_fewer(tmp_path):
+    walkers = jax.device_count() * 4 + 1 if jax.device_count() > 1 else 5
+    odd = dataclasses.replace(CONFIG, train=dataclasses.replace(CONFIG.train, walkers=walkers))
+    folder = run(odd, tmp_path / "d", 0, "jaxwalk train")
+    assert json.loads((folder / "summary.json").read_text())["best"]["calm"] >= 0

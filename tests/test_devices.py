@@ -1,0 +1,14 @@
+"""Walkers are split evenly, over as many devices as that allows."""
+
+import jax
+import pytest
+
+from jaxwalk import devices
+
+
+@pytest.mark.parametrize("walkers", [1, 5, 6, 7, 256])
+def test_the_mesh_is_the_largest_that_divides_the_walkers(walkers):
+    size = devices.mesh(walkers).size
+    assert walkers % size == 0 and size <= jax.device_count()
+    assert all(walkers % larger for larger in range(size + 1, min(walkers, jax.device_count()) + 1))
+    assert devices.mesh().size == jax.device_count()
