@@ -23,16 +23,19 @@ def test_wilsons_interval(survivors, trials, low, high):
     np.testing.assert_allclose(np.concatenate(found), [low, high], atol=1e-4)
 
 
-def test_threshold_is_the_prefix_of_the_grid():
-    impulses = [-30.0, -20.0, -10.0, 10.0, 20.0, 30.0, 40.0]
-    # An island of survival above a failure does not count.
-    survival = [1.0, 0.9, 1.0, 1.0, 0.95, 0.94, 1.0]
-    assert statistics.threshold(impulses, survival) == {"forward": 20.0, "backward": 10.0}
-
-
-def test_threshold_of_a_walker_that_survives_nothing_is_zero():
-    assert statistics.threshold([-10.0, 10.0], [0.0, 0.0]) == {"forward": 0.0, "backward": 0.0}
-
-
-def test_a_direction_that_nobody_tried_has_no_threshold():
-    assert statistics.threshold([10.0, 20.0], [1.0, 0.5]) == {"forward": 10.0, "backward": None}
+@pytest.mark.parametrize(
+    ("table", "forward", "backward"),
+    [
+        ({10: 1.0, 20: 0.96, 30: 0.95, 40: 0.94}, 30, None),
+        ({10: 1.0, 20: 0.90, 30: 1.0}, 10, None),  # an island beyond a failure does not count
+        ({10: 0.5, 20: 1.0}, 0, None),
+        ({30: 1.0, 10: 1.0, 20: 1.0}, 30, None),  # in any order
+        ({-10: 1.0, -20: 0.99, -30: 0.2, -40: 1.0, 10: 0.0}, 0, 20),
+        ({-40: 1.0, 30: 1.0}, 30, 40),
+        ({0: 0.0, 10: 1.0}, 10, None),  # no push is neither forward nor backward
+        ({}, None, None),
+    ],
+)
+def test_a_threshold_is_survived_with_all_below_it(table, forward, backward):
+    found = statistics.threshold([float(i) for i in table], list(table.values()))
+    assert found == {"forward": forward, "backward": backward}

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import evaluate, footstep, walker
+from jaxwalk import footstep, walker
 from jaxwalk.config import Config
 from jaxwalk.stepper import Task
 from jaxwalk.trials import BINS, PUSH_STEP, Profile, Runner, Scenario, begin
@@ -18,24 +18,6 @@ DT = CONFIG.physics.timestep
 SECONDS = 7.0
 STEP = 0.6  # s; what the trials are told a step lasts
 PUSH_TICKS = 50
-
-
-@pytest.mark.parametrize(
-    ("table", "forward", "backward"),
-    [
-        ({10: 1.0, 20: 0.96, 30: 0.95, 40: 0.94}, 30, 0),
-        ({10: 1.0, 20: 0.90, 30: 1.0}, 10, 0),  # an island beyond a failure does not count
-        ({10: 0.5, 20: 1.0}, 0, 0),
-        ({30: 1.0, 10: 1.0, 20: 1.0}, 30, 0),  # in any order
-        ({-10: 1.0, -20: 0.99, -30: 0.2, -40: 1.0, 10: 0.0}, 0, 20),
-        ({-40: 1.0, 30: 1.0}, 30, 40),
-        ({0: 0.0, 10: 1.0}, 10, 0),  # no push is neither forward nor backward
-        ({}, 0, 0),
-    ],
-)
-def test_a_threshold_is_survived_with_all_below_it(table, forward, backward):
-    found = evaluate.threshold([float(i) for i in table], list(table.values()))
-    assert found == {"forward": forward, "backward": backward}
 
 
 # (impulse N s, phase, push height m, key): the same walk pushed at several phases, and other walks.

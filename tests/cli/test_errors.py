@@ -36,7 +36,7 @@ BAD = [
     (["evaluate", "fixed", "--mass", "0"], ["mass 0", "between 5 and 500 kg"]),
     (["evaluate", "fixed", "--walkers", "2.5"], ["--walkers", "'2.5'", "INT"]),
     (["evaluate", "fixed", "--noise", "-1"], ["--noise -1", "0 to 100"]),
-    (["evaluate", "fixed", "--push-duration", "0"], ["--push-duration 0", "above 0"]),
+    (["evaluate", "fixed", "--push-duration", "0"], ["--push-duration 0", "give 0.001 to 2 s"]),
     (["evaluate", "fixed", "--json", "no/such/folder/e.json"], ["--json", "no folder no/such/folder"]),
     (["render", "fixed"], ["--out"]),
     (["render", "fixed", "--out", "walk.avi"], ["--out walk.avi", ".mp4, .gif, .png"]),
