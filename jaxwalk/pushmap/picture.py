@@ -41,7 +41,7 @@ def draw(result: dict[str, Any], title: str, path: Path) -> None:
         axes.set_xlabel("phase of the step at which the push begins")
     for axes in panels[:, 0]:
         axes.set_ylabel("impulse, N s (forward positive)")
-    panels[0, 0].legend(fontsize=7, loc="lower right", framealpha=0.9)
+    panels[0, 0].legend(fontsize=7, loc="center right", framealpha=0.9)
     figure.colorbar(image, ax=panels, label="share that survives", shrink=0.8)
     figure.suptitle(title, fontsize=11, x=0.01, ha="left")
     content = io.BytesIO()
