@@ -39,7 +39,7 @@ def push_map(subject: Subject, args: PushMapArgs, progress: Progress) -> dict[st
         "policy": args.policy,
         "resumed_trials": before,
         "ticks_per_second": rate or None,
-        "options": {**dataclasses.asdict(args), "out": str(args.out)},
+        "options": {name: value for name, value in dataclasses.asdict(args).items() if name != "out"},
         "config": to_dict(subject.config),
         **runtime.hardware(),
     }
