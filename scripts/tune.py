@@ -55,6 +55,8 @@ PROFILE_SECONDS = 0.5  # a step, for the phase at which a push begins
 
 @dataclass(frozen=True)
 class Common:
+    """What both ways need."""
+
     impulses: tuple[float, ...] = (50.0, 60.0, 70.0, -40.0, -50.0)
     """Pushes, N s."""
     phases: int = 16
@@ -122,7 +124,7 @@ class Bench:
         return f"{speed:.3f} m/s, {alive[self.impulse == 0].mean():.0%} calm  " + "  ".join(rows)
 
 
-def sweep(args: Sweep) -> None:
+def sweep(args: tyro.conf.OmitArgPrefixes[Sweep]) -> None:
     bench = Bench(args)
     asked = [one.partition("=") for one in args.set]
     grid = [[(name, float(value)) for value in values.split(",")] for name, _, values in asked]
@@ -141,7 +143,7 @@ def unpack(unit: np.ndarray) -> tuple[dict[str, float], np.ndarray]:
     return values, (2 * unit[len(RANGES) :].reshape(RULE.shape) - 1) * RULE
 
 
-def search(args: Search) -> None:
+def search(args: tyro.conf.OmitArgPrefixes[Search]) -> None:
     bench = Bench(args)
     start = [(getattr(bench.config.gait, n) - low) / (high - low) for n, (low, high) in RANGES.items()]
     mean = np.array(start + [0.5] * RULE.size)
@@ -169,4 +171,4 @@ def search(args: Search) -> None:
 
 if __name__ == "__main__":
     runtime.setup()
-    chosen = tyro.extras.subcommand_cli_from_dict({"sweep": sweep, "search": search}, description=__doc__)
+    tyro.extras.subcommand_cli_from_dict({"sweep": sweep, "search": search}, description=__doc__)

@@ -34,6 +34,11 @@ def positive(option: str, value: float, unit: str) -> None:
         raise UserError(f"{option} {value:g}: give a number of {unit} above 0")
 
 
+def push_seconds(option: str, value: float) -> None:
+    """A push's duration; what lasts longer is a load."""
+    between(option, value, 0.001, 2.0, " s")
+
+
 def person(height: float | None, mass: float | None) -> None:
     """A stature and a mass, each if given, that a body can be built from."""
     body.build(

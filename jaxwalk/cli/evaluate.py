@@ -54,7 +54,7 @@ class EvaluateArgs:
         checks.whole("--phases", self.phases)
         checks.whole("--replicas", self.replicas)
         checks.between("--push-height", self.push_height, -1.0, 1.0, " m")
-        checks.between("--push-duration", self.push_duration, 0.001, 2.0, " s")
+        checks.push_seconds("--push-duration", self.push_duration)
         checks.person(self.height, self.mass)
         checks.between("--noise", self.noise, 0.0, 100.0, "")
         checks.whole("--seed", self.seed, least=0)

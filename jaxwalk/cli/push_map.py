@@ -11,7 +11,6 @@ from jaxwalk.cli import checks
 from jaxwalk.cli.parse import Impulses, Numbers, Policy, parse
 from jaxwalk.errors import UserError
 
-MOST_SECONDS = 2.0  # a longer one is a load rather than a push
 IMPULSES = tuple(float(i) for i in range(-120, 121, 15))
 
 
@@ -54,7 +53,7 @@ class PushMapArgs:
         for height in self.heights:
             checks.between("--heights", height, -1.0, 1.0, " m")
         for duration in self.durations:
-            checks.between("--durations", duration, 0.001, MOST_SECONDS, " s")
+            checks.push_seconds("--durations", duration)
         for option in ("phases", "replicas", "chunk"):
             checks.whole(f"--{option}", getattr(self, option))
         checks.whole("--seed", self.seed, least=0)

@@ -32,7 +32,7 @@ def push_map(subject: Subject, args: PushMapArgs, progress: Progress) -> dict[st
     files.make_folder("--out", args.out)
     before = int(found.done.sum())
     bar = progress.add_task(f"{grid.size:,} trials", total=1.0)
-    _, walked, rate = run.run(
+    walked, rate = run.run(
         subject, found, args.chunk, args.out, lambda share: progress.update(bar, completed=share)
     )
     result = summary.summarise(found, _pendulum(subject, walked, found)) | {

@@ -24,7 +24,7 @@ CALM_SECONDS = 15.0
 Tell = Callable[[float], None]
 
 
-def run(subject: Subject, table: Table, chunk: int, folder: Path, tell: Tell) -> tuple[Profile, Trial, float]:
+def run(subject: Subject, table: Table, chunk: int, folder: Path, tell: Tell) -> tuple[Trial, float]:
     """Fill ``table`` in place, saving it after each chunk.
 
     Args:
@@ -32,7 +32,7 @@ def run(subject: Subject, table: Table, chunk: int, folder: Path, tell: Tell) ->
       tell: called with the share of all the work that is done.
 
     Returns:
-      The unpushed walk's profile and trials, and the ticks a second of the chunks run now (0: none).
+      The unpushed walkers' trials, and the ticks a second of the chunks run now (0: none).
 
     Raises:
       UserError: the policy does not walk, or the table cannot be saved; what was saved before stands.
@@ -72,7 +72,7 @@ def run(subject: Subject, table: Table, chunk: int, folder: Path, tell: Tell) ->
         ticks += len(rows) * seconds / config.physics.timestep
         table.put(rows, _results(trials, config.physics.timestep))
         table.save(folder)
-    return profile, walked, ticks / spent if spent else 0.0
+    return walked, ticks / spent if spent else 0.0
 
 
 def _results(trials: Trial, timestep: float) -> dict[str, NDArray]:
