@@ -96,6 +96,14 @@ def act(policy: Policy, observation: Float[Array, "*B O"]) -> Float[Array, "*B A
     return actor.apply({"params": policy.actor}, observation)
 
 
+def without_origin(policy: Policy) -> Policy:
+    """The same policy less what does not change its actions: one program serves all of one shape."""
+    plain = dataclasses.replace(
+        policy.metadata, config="{}", seed=0, command="", footsteps=0, score=None, jaxwalk_version=""
+    )
+    return dataclasses.replace(policy, metadata=plain)
+
+
 def from_learner(
     config: Config, state: LearnerState, *, seed: int, command: str, footsteps: int, score: float | None
 ) -> Policy:

@@ -9,13 +9,14 @@ from jaxwalk import body
 from jaxwalk.config import REFERENCE_HEIGHT, REFERENCE_MASS, BodyConfig
 from jaxwalk.errors import UserError
 
-BUILT_IN = ("shipped", "fixed")
+BUILT_IN = ("shipped", "fixed", "constant", "raibert", "capture-point")
 
 
 def policy(name: str) -> None:
     """POLICY names something that exists. Its content is judged by whoever loads it."""
     if name not in BUILT_IN and not Path(name).exists():
-        raise UserError(f"no policy {name!r}: give a run folder, a policy file, {' or '.join(BUILT_IN)}")
+        names = f"{', '.join(BUILT_IN[:-1])} or {BUILT_IN[-1]}"
+        raise UserError(f"no policy {name!r}: give a run folder, a policy file, {names}")
 
 
 def whole(option: str, value: int, least: int = 1) -> None:

@@ -19,7 +19,6 @@ class PushMapArgs:
     """Which pushes a policy survives: phase of the step x impulse x height x duration."""
 
     policy: Policy
-    """A run folder, a policy file, 'shipped', or 'fixed' (the step that is never adapted)."""
     out: Path
     """Folder for map.npz, map.json and map.png. A map that was interrupted there goes on."""
     impulses: Impulses = IMPULSES
