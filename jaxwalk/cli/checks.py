@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 from jaxwalk import body
@@ -33,6 +34,12 @@ def between(option: str, value: int | float, low: int | float, high: int | float
 def positive(option: str, value: float, unit: str) -> None:
     if not (math.isfinite(value) and value > 0):
         raise UserError(f"{option} {value:g}: give a number of {unit} above 0")
+
+
+def ascending(option: str, values: Sequence[float]) -> None:
+    if list(values) != sorted(set(values)):
+        shown = ",".join(f"{value:g}" for value in values)
+        raise UserError(f"{option} {shown}: give ascending numbers, each once")
 
 
 def push_seconds(option: str, value: float) -> None:

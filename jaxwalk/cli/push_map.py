@@ -9,7 +9,6 @@ from pathlib import Path
 from jaxwalk import files
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import Impulses, Numbers, Policy, parse
-from jaxwalk.errors import UserError
 
 IMPULSES = tuple(float(i) for i in range(-120, 121, 15))
 
@@ -46,9 +45,7 @@ class PushMapArgs:
             ("--heights", self.heights),
             ("--durations", self.durations),
         ):
-            if list(values) != sorted(set(values)):
-                shown = ",".join(f"{v:g}" for v in values)
-                raise UserError(f"{option} {shown}: give ascending numbers, each once")
+            checks.ascending(option, values)
         for height in self.heights:
             checks.between("--heights", height, -1.0, 1.0, " m")
         for duration in self.durations:
