@@ -67,7 +67,7 @@ def load(
     """
     if name == FIXED:
         config = _changed(Config(), speed, height, mass, noise)
-        return Subject(name, config, _nominal(config), _never_adapted)
+        return Subject(name, config, nominal(config), _never_adapted)
     if name in baselines.RULES:
         seen = dataclasses.replace(Config(), observation=baselines.OBSERVATION)
         config = _changed(seen, speed, height, mass, noise)
@@ -100,7 +100,8 @@ def _never_adapted(action: Float[Array, "2"], observation: Float[Array, "O"]) ->
     return action
 
 
-def _nominal(config: Config) -> Float[Array, "2"]:
+def nominal(config: Config) -> Float[Array, "2"]:
+    """The nominal step of the configured body, as an action."""
     body = config.body
     return jax.jit(lambda h, m: footstep.nominal_action(walker.person(config.gait, h, m)))(
         jnp.float32(body.height), jnp.float32(body.mass)

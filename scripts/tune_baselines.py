@@ -5,12 +5,13 @@
 Each rule gets the same number of evaluations on the physics, sensors, pushes and score by which policies
 are ranked in training, on starts and noise that neither training nor ``jaxwalk evaluate`` meets. The
 constant step comes first: what undisturbed walking with it is like is measured, not searched, and the
-other two start from it.
+other two start as that step, their gains at 0.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 import time
 from dataclasses import dataclass
@@ -33,9 +34,14 @@ RANGES: dict[str, dict[str, tuple[float, float]]] = {
     "constant": STEP,
     "raibert": STEP | {"gain": (-0.2, 0.8)},
     "capture-point": STEP
-    | {"length_gain": (-0.2, 2.5), "duration_gain": (-0.2, 1.0), "timing": (0.02, 50.0)},
+    | {"length_gain": (-0.5, 1.5), "duration_gain": (-0.5, 0.5), "timing": (0.02, 50.0)},
 }
 LOGARITHMIC = ("timing",)
+STARTS: dict[str, Rule] = {
+    "constant": Constant(length=0.65, duration=0.08),
+    "raibert": Raibert(gain=0.0),
+    "capture-point": CapturePoint(length_gain=0.0, duration_gain=0.0, timing=1.0),
+}
 
 
 @dataclass(frozen=True)
@@ -53,7 +59,7 @@ class Args:
     seed: int = 0
     """Of the starts, the noise and CMA-ES."""
     out: Path = Path("rules.json")
-    """Where what was found goes (JSON)."""
+    """Where what was found goes (JSON). Rules that are in it already are kept, and not searched again."""
 
 
 def undisturbed(trials: Trial, calm: np.ndarray) -> dict[str, float]:
@@ -111,12 +117,15 @@ def _axis(field: str, value: float) -> float:
 def main(args: Args) -> None:
     assess.PHASES = args.phases
     config = dataclasses.replace(Config(), observation=baselines.OBSERVATION)
-    mesh = devices.mesh()
-    found: dict[str, dict] = {}
-    walk: dict[str, float] = {}
-    for name, start in (("constant", Constant()), ("raibert", Raibert()), ("capture-point", CapturePoint())):
+    exam = Exam(config, baselines.act, devices.mesh(), args.seed, scenarios.TUNE)
+    before = json.loads(args.out.read_text()) if args.out.exists() else {}
+    found: dict[str, dict] = before.get("rules", {})
+    walk: dict[str, float] = before.get("undisturbed", {})
+    for name, start in STARTS.items():
+        if name in found:
+            continue
         print(name, flush=True)
-        exam, begun = Exam(config, baselines.act, mesh, args.seed, scenarios.TUNE), time.perf_counter()
+        begun = time.perf_counter()
         rule, marks, trials = tune(name, changed(start, walk), exam, args)
         if name == "constant":
             walk = dataclasses.asdict(rule) | undisturbed(trials, exam.is_calm)
@@ -125,9 +134,8 @@ def main(args: Args) -> None:
             "marks": dataclasses.asdict(marks),
             "seconds": time.perf_counter() - begun,
         }
-        files.write_json(
-            args.out, {"rules": found, "undisturbed": walk, "options": {**vars(args), "out": None}}
-        )
+        options = {**vars(args), "out": None}
+        files.write_json(args.out, {"rules": found, "undisturbed": walk, "options": options})
 
 
 if __name__ == "__main__":
