@@ -10,8 +10,8 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 from mujoco import mjx
 
+from jaxwalk import back_step, controllers, gait, kinematics, physics, pushes, sensors
 from jaxwalk import body as body_lib
-from jaxwalk import controllers, gait, kinematics, physics, pushes, sensors
 from jaxwalk.config import BodyConfig, Config, GaitConfig, PhysicsConfig, SensorConfig
 from jaxwalk.gait import GaitState
 from jaxwalk.similarity import Similarity
@@ -78,7 +78,7 @@ class Event:
     """What a tick brought.
 
     Attributes:
-      touchdown: the swing foot landed ahead; ``walker.gait`` is already that of the new step.
+      touchdown: the swing foot landed, ahead or in a step back; ``walker.gait`` is that of the new step.
       fell: hip too low, torso too far over, or the step stalled.
       broken: a number of the state is not finite (counts as a fall).
       step_length: of the step that ended, from the sensors, m.
@@ -187,6 +187,8 @@ def _toe_off(
     knee = estimate.joints[trailing, 1]
     numbers = who.gait
     torque = controllers.toe_off_torque(numbers, inertias(setup, who), bones.leg, estimate.speed, angle, knee)
+    # A foot ahead of the hip, after a step back, would push the walker further back.
+    torque = jnp.where(angle < 0, torque, 0.0)
     return controllers.push_off(numbers, setup.physics.ankle_limit * who.ratio.torque, torque)
 
 
@@ -223,7 +225,8 @@ def tick(setup: Setup, model: mjx.Model, walker: Walker) -> tuple[Walker, Event]
     state, estimate = sensors.measure(setup.sensors, setup.timestep, walker.sensors, readings, noise_key)
 
     clock = walker.gait.replace(elapsed=walker.gait.elapsed + setup.timestep)
-    landed = gait.touched_down(numbers, bones, clock, estimate)
+    where = (numbers, bones, clock, estimate)
+    landed = gait.touched_down(*where) | back_step.touched_down(*where)
     # At a touch-down the legs swap: the one that was in stance trails and pushes off.
     trailing = jnp.where(landed, clock.stance, 1 - clock.stance)
     torque, seconds = _toe_off(setup, who, bones, estimate, trailing)
