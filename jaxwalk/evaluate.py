@@ -78,7 +78,7 @@ def evaluate(subject: Subject, args: EvaluateArgs, tell: Tell = lambda what, sha
     Args:
       tell: called with what is under way and the share of it that is done.
     """
-    task = Task.of(subject.config)
+    task = Task.of(subject.config, args.engine)
     most = max(args.walkers, len(args.impulses) * args.phases * args.replicas)
     runner = Runner(task, subject.act, min(BATCH, most))
 

@@ -35,6 +35,8 @@ BAD = [
     (["evaluate", "fixed", "--mass", "-3"], ["mass -3", "between 5 and 500 kg"]),
     (["evaluate", "fixed", "--mass", "0"], ["mass 0", "between 5 and 500 kg"]),
     (["evaluate", "fixed", "--walkers", "2.5"], ["--walkers", "'2.5'", "INT"]),
+    (["evaluate", "fixed", "--engine", "ode"], ["'ode'", "--engine", "'mjx'", "'mujoco'"]),
+    (["push-map", "fixed", "--out", "no/map", "--engine", "ode"], ["'ode'", "--engine", "'mujoco'"]),
     (["evaluate", "fixed", "--noise", "-1"], ["--noise -1", "0 to 100"]),
     (["evaluate", "fixed", "--push-duration", "0"], ["--push-duration 0", "give 0.001 to 2 s"]),
     (["evaluate", "fixed", "--json", "no/such/folder/e.json"], ["--json", "no folder no/such/folder"]),
