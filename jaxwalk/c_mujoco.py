@@ -54,7 +54,7 @@ def step(
     sizes = jnp.stack([jnp.float32(body.length), jnp.float32(body.mass)])
     plain = jax.ShapeDtypeStruct((9,), jnp.float32)
     qpos, qvel, warmstart, sensed = jax.pure_callback(
-        partial(_batch, config.table, physics),
+        partial(_batch, config, physics),
         (plain, plain, plain, jax.ShapeDtypeStruct((11,), jnp.float32)),
         sizes,
         plant.qpos,
@@ -68,8 +68,8 @@ def step(
 
 
 @lru_cache(maxsize=_BODIES)
-def _model(table: str, physics: PhysicsConfig, length: float, mass: float) -> mujoco.MjModel:
-    body = BodyConfig(length * REFERENCE_HEIGHT, mass * REFERENCE_MASS, table)
+def _model(config: BodyConfig, physics: PhysicsConfig, length: float, mass: float) -> mujoco.MjModel:
+    body = dataclasses.replace(config, height=length * REFERENCE_HEIGHT, mass=mass * REFERENCE_MASS)
     model = mjx_physics.compile_mujoco(body, converged(physics))
     # A state that blows up is told as it is (a fall), not put back to the start.
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
@@ -77,7 +77,7 @@ def _model(table: str, physics: PhysicsConfig, length: float, mass: float) -> mu
 
 
 def _batch(
-    table: str,
+    config: BodyConfig,
     physics: PhysicsConfig,
     bodies: Array,
     qpos: Array,
@@ -89,8 +89,9 @@ def _batch(
     """[..., n] arrays of any leading shape; gives qpos, qvel, warmstart and sensors, float32 as they came."""
     lead = qpos.shape[:-1]
     told = [np.asarray(x, np.float64).reshape(-1, x.shape[-1]) for x in (qpos, qvel, warmstart, command)]
-    sizes = np.asarray(bodies, np.float64).reshape(-1, 2).tolist()
-    models = [_model(table, physics, length, mass) for length, mass in sizes]
+    sizes = [(length, mass) for length, mass in np.asarray(bodies, np.float64).reshape(-1, 2).tolist()]
+    known = {size: _model(config, physics, *size) for size in set(sizes)}
+    models = [known[size] for size in sizes]
     wrench = np.zeros((len(models), models[0].nbody, 6))
     wrench[:, 1, [0, 4]] = np.asarray(push).reshape(-1, 2)
     before = np.concatenate([*told, wrench.reshape(len(models), -1)], axis=1)
