@@ -167,15 +167,18 @@ def test_the_engine_of_c_is_c(open_loop_c, walking, both):
     case, up = walking
     plants, readings = jax.tree.map(lambda x: x[up], open_loop_c(case))
     _, _, qpos, qvel, sensed = both
-    # Bodies, commands and forces reach both as float32 (6e-8): a tick's share of what MJX is allowed above.
-    np.testing.assert_allclose(plants.qvel[:, 0], qvel[:, 0], atol=1e-4)
+    # Bodies and forces reach the engine as float32 (6e-8 of 400 N or of 1 MN/m of contact times 1 m: tenths
+    # of a N), which over 2 ms on a foot of 1 kg is some 1e-4 m/s; positions leave it rounded to 1e-7 m.
+    np.testing.assert_allclose(plants.qvel[:, 0], qvel[:, 0], atol=3e-4)
     np.testing.assert_allclose(plants.qpos[:, 0], qpos[:, 0], atol=1e-6)
-    np.testing.assert_allclose(readings.touch[:, 0], sensed[:, 0, 9:11], atol=2.0)
+    np.testing.assert_allclose(readings.touch[:, 0], sensed[:, 0, 9:11], atol=1.0)
     np.testing.assert_allclose(readings.velocity[:, 0], sensed[:, 0, 0:3], atol=1e-5)
     np.testing.assert_allclose(readings.gyro[:, 0], sensed[:, 0, 6:9], atol=1e-5)
-    # A tenth of a second: states rounded to 1e-7 fifty times; a contact may begin a tick early or late.
+    # A tenth of a second: states rounded to 1e-7 fifty times, and where that makes a contact begin a tick
+    # early or late, 2 ms of a foot that moves at 2 m/s, through the leg.
     off = np.abs(plants.qpos - qpos)[:, :, :3].max((1, 2))
-    assert np.median(off) < 5e-6
+    assert np.median(off) < 2e-6
+    assert np.quantile(off, 0.9) < 2e-5
     assert off.max() < 2e-3
     # It is no other than MJX's plant: the same ticks, to the tolerance of MJX.
     np.testing.assert_allclose(plants.qvel[:, 0], both[0].qvel[:, 0], atol=1e-3)

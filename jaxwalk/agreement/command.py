@@ -36,10 +36,11 @@ def agreement(subject: Subject, args: AgreementArgs, tell: Tell = lambda what, s
             subject, options, lambda what, share, by=engine: tell(f"{by}: {what}", share)
         )
         engines[engine] = {name: found[name] for name in TOLD}
+    first, second = engines.values()
     return {
         "policy": args.policy,
         "engines": engines,
-        **compare.compare(*engines.values(), args.walkers, args.replicas),
+        **compare.compare(first, second, args.walkers, args.replicas),
         "options": shared,
         "config": to_dict(subject.config),
         **runtime.hardware(),
