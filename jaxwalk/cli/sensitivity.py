@@ -27,7 +27,7 @@ class SensitivityArgs:
     timesteps: Numbers = (0.001, 0.0025)
     """Time steps, s; decisions keep their interval, and sensors their filters' time constants."""
     iterations: Numbers = (2.0, 4.0, 8.0)
-    """Newton iterations a tick, at most (mjx only; mujoco iterates until it has converged)."""
+    """Newton iterations a tick, at most. Not tried with mujoco, which iterates until it has converged."""
     contact_timeconsts: Numbers = (0.004, 0.01, 0.02)
     """Time constants of foot contact, s."""
     frictions: Numbers = (0.5, 0.7, 1.2)

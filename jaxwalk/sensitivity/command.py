@@ -33,6 +33,8 @@ def tried(subject: Subject, args: SensitivityArgs) -> list[Setting]:
         name: getattr(args, option.removeprefix("--").replace("-", "_"))
         for name, option in PARAMETERS.items()
     }
+    if args.engine == "mujoco":
+        values["iterations"] = ()  # as many as it takes, whatever is configured
     return settings(subject.config, values)
 
 

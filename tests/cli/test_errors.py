@@ -113,7 +113,14 @@ def test_the_program_itself_exits_with_2_and_no_traceback(terminal, locale):
 
 
 @pytest.mark.parametrize(
-    "argv", [["--help"], *([name, "--help"] for name in ("train", "evaluate", "render", "bench"))]
+    "argv",
+    [
+        ["--help"],
+        *(
+            [name, "--help"]
+            for name in ("train", "evaluate", "push-map", "agreement", "sensitivity", "render", "bench")
+        ),
+    ],
 )
 def test_help_imports_nothing_heavy(argv):
     """What makes --help answer at once, without the noise of a timing."""

@@ -71,7 +71,8 @@ def test_what_cannot_be_simulated_is_refused(values, said):
     assert str(caught.value).startswith(said)
 
 
-def test_the_command_measures_each_setting_once(monkeypatch, tmp_path, capsys):
+@pytest.mark.parametrize(("engine", "iterations"), [("mjx", 3), ("mujoco", 0)])
+def test_the_command_measures_each_setting_once(monkeypatch, tmp_path, capsys, engine, iterations):
     asked = []
 
     def canned(subject, args):
@@ -86,11 +87,12 @@ def test_the_command_measures_each_setting_once(monkeypatch, tmp_path, capsys):
 
     monkeypatch.setattr(evaluate, "evaluate", canned)
     out = tmp_path / "s"
-    options = "--walkers 8 --replicas 2 --impulses 40 --phases 2 --engine mujoco --seed 4".split()
-    assert cli.main(["sensitivity", "fixed", "--out", str(out), *options]) == 0
-    # The own configuration once for all four; 2 time steps, 3 iterations, 3 contacts, 3 frictions more.
-    assert len(asked) == len({config for config, _ in asked}) == 1 + 2 + 3 + 3 + 3
-    assert {(args.engine, args.seed, args.replicas) for _, args in asked} == {("mujoco", 4, 2)}
+    options = "--walkers 8 --replicas 2 --impulses 40 --phases 2 --seed 4".split()
+    assert cli.main(["sensitivity", "fixed", "--out", str(out), "--engine", engine, *options]) == 0
+    # The own configuration once for all four; 2 time steps, 3 contacts and 3 frictions more, and
+    # 3 iterations where they count.
+    assert len(asked) == len({config for config, _ in asked}) == 1 + 2 + iterations + 3 + 3
+    assert {(args.engine, args.seed, args.replicas) for _, args in asked} == {(engine, 4, 2)}
     result = json.loads((out / "sensitivity.json").read_text())
     assert sum(row["own"] for row in result["rows"]) == len(PARAMETERS)
     last = result["rows"][-1]
