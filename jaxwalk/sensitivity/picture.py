@@ -10,11 +10,11 @@ from matplotlib.axes import Axes
 
 from jaxwalk import plots
 
-_LABELS = {
-    "timestep": "time step, s",
-    "iterations": "solver iterations",
-    "contact_timeconst": "contact time constant, s",
-    "friction": "friction",
+_LABELS = {  # and the unit that its values are shown in
+    "timestep": ("time step, ms", 1e-3),
+    "iterations": ("solver iterations", 1),
+    "contact_timeconst": ("contact time constant, ms", 1e-3),
+    "friction": ("friction", 1),
 }
 _BLUE, _ORANGE = "#2f6db5", "#d9742b"
 
@@ -28,7 +28,7 @@ def draw(result: dict[str, Any], title: str, path: Path) -> None:
     """
     figure = plots.new_figure(3.3 * len(_LABELS), 7.2)
     panels = figure.subplots(3, len(_LABELS), sharex="col", sharey="row")
-    for column, (parameter, label) in enumerate(_LABELS.items()):
+    for column, (parameter, (label, unit)) in enumerate(_LABELS.items()):
         rows = [row for row in result["rows"] if row["parameter"] == parameter]
         speed, survival, threshold = panels[:, column]
         _speed(speed, rows)
@@ -40,15 +40,14 @@ def draw(result: dict[str, Any], title: str, path: Path) -> None:
             axes.grid(axis="y", color="0.92")
             axes.spines[["top", "right"]].set_visible(False)
         threshold.set_xlabel(label)
-        threshold.set_xticks([row["value"] for row in rows], [f"{row['value']:g}" for row in rows])
-        threshold.tick_params(axis="x", rotation=45)
+        threshold.set_xticks([row["value"] for row in rows], [f"{row['value'] / unit:g}" for row in rows])
     panels[0, 0].set_ylabel("speed, m/s\n(bar: between walkers)")
     panels[1, 0].set_ylabel("share\n(bar: 95 % interval)")
     panels[2, 0].set_ylabel("threshold, N s")
-    panels[2, 0].set_ylim(bottom=0)
+    panels[2, 0].set_ylim(bottom=0, top=1.08 * panels[2, 0].get_ylim()[1])
     for axes in panels[1:, 0]:
         axes.legend(frameon=False, fontsize=8)
-    figure.suptitle(title, fontsize=11, x=0.01, ha="left")
+    figure.suptitle(f"{title} (grey: its own)", fontsize=11, x=0.01, ha="left")
     plots.write_png(figure, path)
 
 
