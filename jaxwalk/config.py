@@ -19,6 +19,9 @@ Observable = Literal[
     "speed", "pitch", "zmp", "step_length", "pitch_rate", "acceleration", "speed_desired", "height"
 ]
 
+Engine = Literal["mjx", "mujoco"]
+"""What moves the plant: MJX, or C MuJoCo solved to convergence (see ``jaxwalk.c_mujoco``)."""
+
 
 @dataclass(frozen=True)
 class BodyConfig:

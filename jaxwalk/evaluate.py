@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -78,7 +79,7 @@ def evaluate(subject: Subject, args: EvaluateArgs, tell: Tell = lambda what, sha
     Args:
       tell: called with what is under way and the share of it that is done.
     """
-    task = Task.of(subject.config)
+    task = Task.of(subject.config, args.engine)
     most = max(args.walkers, len(args.impulses) * args.phases * args.replicas)
     runner = Runner(task, subject.act, min(BATCH, most))
 
@@ -164,20 +165,27 @@ def _push_test(
     )
 
 
+@contextmanager
+def bars(console: Console) -> Iterator[Tell]:
+    """A bar on a terminal for each thing that is told of."""
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        shown: dict[str, Any] = {}
+
+        def tell(what: str, share: float) -> None:
+            if what not in shown:
+                shown[what] = progress.add_task(what, total=1.0)
+            progress.update(shown[what], completed=share)
+
+        yield tell
+
+
 def main(args: EvaluateArgs) -> None:
     """The command."""
     subject = subjects.load(
         args.policy, speed=args.speed, height=args.height, mass=args.mass, noise=args.noise
     )
     console = Console()
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-        bars: dict[str, Any] = {}
-
-        def tell(what: str, share: float) -> None:
-            if what not in bars:
-                bars[what] = progress.add_task(what, total=1.0)
-            progress.update(bars[what], completed=share)
-
+    with bars(console) as tell:
         result = evaluate(subject, args, tell)
     if args.json is not None:
         files.write_json(args.json, result)

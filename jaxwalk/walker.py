@@ -12,9 +12,14 @@ from mujoco import mjx
 
 from jaxwalk import back_step, controllers, gait, kinematics, physics, pushes, sensors
 from jaxwalk import body as body_lib
-from jaxwalk.config import BodyConfig, Config, GaitConfig, PhysicsConfig, SensorConfig
+from jaxwalk import back_step, c_mujoco, controllers, gait, kinematics, physics, pushes, sensors
+from jaxwalk import body as body_lib
+from jaxwalk.config import BodyConfig, Config, Engine, GaitConfig, PhysicsConfig, SensorConfig
 from jaxwalk.gait import GaitState
 from jaxwalk.similarity import Similarity
+
+Model = mjx.Model | Similarity
+"""What the engine needs to know of a body: all of it (MJX), or its size and mass (C MuJoCo)."""
 
 
 @dataclass(frozen=True)
@@ -25,10 +30,11 @@ class Setup:
     physics: PhysicsConfig
     sensors: SensorConfig
     window_ticks: int
+    engine: Engine = "mjx"
 
     @classmethod
-    def of(cls, config: Config) -> Setup:
-        return cls(config.body, config.physics, config.sensors, config.train.window_ticks)
+    def of(cls, config: Config, engine: Engine = "mjx") -> Setup:
+        return cls(config.body, config.physics, config.sensors, config.train.window_ticks, engine)
 
     @property
     def timestep(self) -> float:
@@ -119,8 +125,10 @@ def inertias(setup: Setup, who: Person) -> controllers.Inertias:
     )
 
 
-def model(setup: Setup, who: Person) -> mjx.Model:
-    """Its MJX model."""
+def model(setup: Setup, who: Person) -> Model:
+    """Its body, for ``setup``'s engine."""
+    if setup.engine == "mujoco":
+        return who.ratio
     return physics.model_of(setup.body, setup.physics, who.ratio)
 
 
@@ -210,7 +218,16 @@ def has_fallen(setup: Setup, walker: Walker) -> Bool[Array, ""]:
     return low | (jnp.abs(pitch) > numbers.fall_pitch) | (walker.gait.elapsed > numbers.stall_seconds)
 
 
-def tick(setup: Setup, model: mjx.Model, walker: Walker) -> tuple[Walker, Event]:
+def move(
+    setup: Setup, model: Model, plant: physics.Plant, command: Float[Array, "6"], push: Float[Array, "2"]
+) -> tuple[physics.Plant, physics.Readings]:
+    """One tick of the plant alone, by ``setup``'s engine (see `physics.step`)."""
+    if isinstance(model, Similarity):
+        return c_mujoco.step(setup.body, setup.physics, model, plant, command, push)
+    return physics.step(setup.body, setup.physics, model, plant, command, push)
+
+
+def tick(setup: Setup, model: Model, walker: Walker) -> tuple[Walker, Event]:
     """One physics step of the closed loop.
 
     At a touch-down the gait's clock restarts and toe-off begins; the step's
@@ -220,7 +237,7 @@ def tick(setup: Setup, model: mjx.Model, walker: Walker) -> tuple[Walker, Event]
     bones = skeleton(setup, who)
     command = controllers.command(numbers, bones, walker.gait, walker.estimate)
     push = pushes.wrench(walker.push, walker.tick, walker.plant.qpos[2])
-    plant, readings = physics.step(setup.body, setup.physics, model, walker.plant, command, push)
+    plant, readings = move(setup, model, walker.plant, command, push)
     noise_key = jax.random.fold_in(walker.key, walker.tick)
     state, estimate = sensors.measure(setup.sensors, setup.timestep, walker.sensors, readings, noise_key)
 

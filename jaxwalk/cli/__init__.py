@@ -17,6 +17,8 @@ _COMMANDS = {
     "train": "train a policy into a run folder",
     "evaluate": "measure a policy's walking and the pushes that it survives",
     "push-map": "which pushes a policy survives, at every phase of the step",
+    "agreement": "whether MJX and C MuJoCo say the same of a policy",
+    "sensitivity": "what a policy's results owe to the physics' settings",
     "render": "draw a policy's walk as mp4, gif or png",
     "bench": "measure the speed of the simulation and of training",
 }
