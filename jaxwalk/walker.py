@@ -10,8 +10,6 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 from mujoco import mjx
 
-from jaxwalk import back_step, controllers, gait, kinematics, physics, pushes, sensors
-from jaxwalk import body as body_lib
 from jaxwalk import back_step, c_mujoco, controllers, gait, kinematics, physics, pushes, sensors
 from jaxwalk import body as body_lib
 from jaxwalk.config import BodyConfig, Config, Engine, GaitConfig, PhysicsConfig, SensorConfig
