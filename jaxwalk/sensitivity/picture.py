@@ -46,7 +46,7 @@ def draw(result: dict[str, Any], title: str, path: Path) -> None:
     panels[2, 0].set_ylabel("threshold, N s")
     panels[2, 0].set_ylim(bottom=0, top=1.08 * panels[2, 0].get_ylim()[1])
     for axes in panels[1:, 0]:
-        axes.legend(frameon=False, fontsize=8)
+        axes.legend(frameon=False, fontsize=8, loc="lower left")
     figure.suptitle(f"{title} (grey: its own)", fontsize=11, x=0.01, ha="left")
     plots.write_png(figure, path)
 
