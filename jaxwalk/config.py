@@ -16,8 +16,9 @@ REFERENCE_MASS = 75.0  # kg
 GRAVITY = 9.81  # m/s^2
 
 Observable = Literal[
-    "speed", "pitch", "zmp", "step_length", "pitch_rate", "acceleration", "speed_desired", "height"
-]
+    "speed", "pitch", "zmp", "step_length", "pitch_rate", "acceleration",
+    "speed_desired", "height", "com_ahead",
+]  # fmt: skip
 
 Engine = Literal["mjx", "mujoco"]
 """What moves the plant: MJX, or C MuJoCo solved to convergence (see ``jaxwalk.c_mujoco``)."""

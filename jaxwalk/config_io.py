@@ -95,7 +95,7 @@ def check(config: Config) -> None:
       UserError: the first field without sense, named as on the command line.
     """
     body.build(config.body)
-    values = dict(_leaves(config))
+    values = dict(leaves(config))
     for name, value in values.items():
         if isinstance(value, float):
             _require(math.isfinite(value), name, value, "a finite number")
@@ -149,11 +149,12 @@ def check(config: Config) -> None:
     _require(distinct, "observation", config.observation, "one quantity or more, each once")
 
 
-def _leaves(config: Any, where: str = "") -> Iterator[tuple[str, Any]]:
+def leaves(config: Any, where: str = "") -> Iterator[tuple[str, Any]]:
+    """(dotted name, value) of every field of a configuration or of a part of it."""
     for field in dataclasses.fields(config):
         value, name = getattr(config, field.name), _join(where, field.name)
         if dataclasses.is_dataclass(value):
-            yield from _leaves(value, name)
+            yield from leaves(value, name)
         else:
             yield name, value
 

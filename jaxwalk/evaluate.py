@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -16,11 +16,11 @@ from rich.progress import Progress
 from rich.table import Table
 
 from jaxwalk import files, runtime, scenarios, subjects
-from jaxwalk.config import to_dict
-from jaxwalk.statistics import threshold
+from jaxwalk.config import RewardConfig, to_dict
+from jaxwalk.statistics import each_phase, threshold, worst_phase
 from jaxwalk.stepper import Task
 from jaxwalk.subjects import Subject
-from jaxwalk.trials import BINS, Profile, Runner, Scenario, Trial
+from jaxwalk.trials import BINS, Act, Profile, Runner, Scenario, Trial
 
 if TYPE_CHECKING:
     from jaxwalk.cli.evaluate import EvaluateArgs
@@ -73,15 +73,37 @@ class Pushes:
     impulse_delivered: list[float]
 
 
-def evaluate(subject: Subject, args: EvaluateArgs, tell: Tell = lambda what, share: None) -> dict[str, Any]:
+class Programs:
+    """The compiled programs of evaluations of one size, so that policies of one kind share theirs."""
+
+    def __init__(self, args: EvaluateArgs) -> None:
+        self._engine = args.engine
+        self._batch = min(BATCH, max(args.walkers, len(args.impulses) * args.phases * args.replicas))
+        self._runners: dict[tuple[Act, Task], Runner] = {}
+
+    def of(self, subject: Subject) -> Runner:
+        """The one that runs ``subject``."""
+        # What is earned is not looked at: policies trained for other rewards need no other program.
+        task = replace(Task.of(subject.config, self._engine), reward=RewardConfig(), gamma=1.0)
+        key = subject.act, task
+        if key not in self._runners:
+            self._runners[key] = Runner(task, subject.act, self._batch)
+        return self._runners[key]
+
+
+def evaluate(
+    subject: Subject,
+    args: EvaluateArgs,
+    tell: Tell = lambda what, share: None,
+    programs: Programs | None = None,
+) -> dict[str, Any]:
     """All of it, as the JSON that ``jaxwalk evaluate`` writes.
 
     Args:
       tell: called with what is under way and the share of it that is done.
+      programs: made for the same ``args``; default: one of its own.
     """
-    task = Task.of(subject.config, args.engine)
-    most = max(args.walkers, len(args.impulses) * args.phases * args.replicas)
-    runner = Runner(task, subject.act, min(BATCH, most))
+    runner = (programs or Programs(args)).of(subject)
 
     def follow(what: str, batch: Scenario, profile: Profile, seconds: float) -> Trial:
         numbers = subject.config.gait
@@ -97,7 +119,12 @@ def evaluate(subject: Subject, args: EvaluateArgs, tell: Tell = lambda what, sha
     if args.impulses:
         pushed = _push_test(subject, args, profile_of(walked), follow)
         shares = [float(np.mean(row)) for row in pushed.survival]
-        result |= {"pushes": asdict(pushed), "threshold": threshold(pushed.impulses, shares)}
+        each = each_phase(pushed.impulses, pushed.survival)
+        result |= {
+            "pushes": asdict(pushed),
+            "threshold": threshold(pushed.impulses, shares),
+            "threshold_worst_phase": worst_phase(each),
+        }
     options = {**asdict(args), "policy": args.policy, "json": None}
     return result | {"config": to_dict(subject.config), "options": options, **runtime.hardware()}
 

@@ -27,6 +27,12 @@ def _zmp(setup: Setup, state: Walker) -> Float[Array, ""]:
     return sensors.zmp_distance(bones, state.estimate, state.gait.is_stance) / state.person.ratio.length
 
 
+def _com_ahead(setup: Setup, state: Walker) -> Float[Array, ""]:
+    bones = walker.skeleton(setup, state.person)
+    ahead, _ = sensors.com_ahead(bones, state.estimate, state.gait.is_stance)
+    return ahead / state.person.ratio.length
+
+
 # Everything is told as the reference body would feel it (dynamic similarity).
 _OBSERVABLES: dict[str, _Seen] = {
     "speed": lambda setup, w, length: w.estimate.speed / w.person.ratio.speed,
@@ -37,6 +43,7 @@ _OBSERVABLES: dict[str, _Seen] = {
     "acceleration": lambda setup, w, length: w.estimate.acceleration,
     "speed_desired": lambda setup, w, length: w.person.gait.speed_desired / w.person.ratio.speed,
     "height": lambda setup, w, length: w.person.ratio.length,
+    "com_ahead": lambda setup, w, length: _com_ahead(setup, w),
 }
 
 

@@ -6,6 +6,8 @@ the solver's warm start. Everything else is rebuilt from a constant template.
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from functools import lru_cache
 
 import jax
@@ -76,15 +78,23 @@ def compile_mujoco(body: BodyConfig, physics: PhysicsConfig) -> mujoco.MjModel:
     return mjcf.build(body_lib.build(body), physics).compile()
 
 
+@contextlib.contextmanager
+def _of_no_program() -> Iterator[None]:
+    """Arrays made within belong to no trace and no mesh, so every later program may use them."""
+    nowhere = jax.sharding.AbstractMesh((), ())
+    with jax.ensure_compile_time_eval(), jax.sharding.use_abstract_mesh(nowhere):
+        yield
+
+
 @lru_cache(maxsize=16)
 def _reference(body: BodyConfig, physics: PhysicsConfig) -> mjx.Model:
-    with jax.ensure_compile_time_eval():
+    with _of_no_program():
         return mjx.put_model(compile_mujoco(body, physics), impl="jax")
 
 
 @lru_cache(maxsize=16)
 def _template(body: BodyConfig, physics: PhysicsConfig) -> mjx.Data:
-    with jax.ensure_compile_time_eval():
+    with _of_no_program():
         return mjx.make_data(_reference(body, physics), impl="jax")
 
 

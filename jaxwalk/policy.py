@@ -96,14 +96,47 @@ def act(policy: Policy, observation: Float[Array, "*B O"]) -> Float[Array, "*B A
     return actor.apply({"params": policy.actor}, observation)
 
 
+def without_origin(policy: Policy) -> Policy:
+    """The same policy less what does not change its actions: one program serves all of one shape."""
+    plain = dataclasses.replace(
+        policy.metadata, config="{}", seed=0, command="", footsteps=0, score=None, jaxwalk_version=""
+    )
+    return dataclasses.replace(policy, metadata=plain)
+
+
 def from_learner(
     config: Config, state: LearnerState, *, seed: int, command: str, footsteps: int, score: float | None
 ) -> Policy:
     """The policy that ``state`` has learned so far under ``config``."""
+    seen = state.normalizer
+    return of_parts(
+        config, state.actor, seen.mean, seen.std, clip=seen.clip,
+        seed=seed, command=command, footsteps=footsteps, score=score,
+    )  # fmt: skip
+
+
+def of_parts(
+    config: Config,
+    actor: networks.Params,
+    mean: Float[Array, "O"],
+    std: Float[Array, "O"],
+    *,
+    clip: float | None,
+    seed: int,
+    command: str,
+    footsteps: int,
+    score: float | None,
+) -> Policy:
+    """The policy of an actor that was trained under ``config``, by whatever learner.
+
+    Args:
+      actor: parameters of ``networks.Actor`` with ``config.ddpg.hidden``.
+      mean, std: of the observation. clip: of the normalised one.
+    """
     gait = config.gait
     metadata = Metadata(
         observation_names=config.observation,
-        observation_clip=state.normalizer.clip,
+        observation_clip=clip,
         action_names=("length", "duration"),
         action_low=(gait.length_min, gait.duration_min),
         action_high=(gait.length_max, gait.duration_max),
@@ -115,7 +148,7 @@ def from_learner(
         score=score,
         jaxwalk_version=_version(),
     )
-    return Policy(state.actor, state.normalizer.mean, state.normalizer.std, metadata)
+    return Policy(actor, mean, std, metadata)
 
 
 def save(policy: Policy, path: str | os.PathLike[str]) -> None:

@@ -132,6 +132,26 @@ def load_config(path: Path) -> Config:
         raise UserError(f"{file}: {error}") from error
 
 
+def read_summary(path: Path) -> dict[str, Any]:
+    """What a run folder's ``summary.json`` tells; nothing where there is none (a run under way, or killed).
+
+    Raises:
+      UserError: it cannot be read, or is damaged.
+    """
+    file = path / SUMMARY
+    try:
+        summary = json.loads(file.read_text())
+    except FileNotFoundError:
+        return {}
+    except OSError as error:
+        raise UserError(f"cannot read {file}: {error.strerror}; give a folder that can be read") from error
+    except ValueError as error:
+        raise UserError(f"{file} is not JSON: give a run folder of jaxwalk train") from error
+    if not isinstance(summary, dict):
+        raise UserError(f"{file} holds no summary: give a run folder of jaxwalk train")
+    return summary
+
+
 def read_metrics(path: Path) -> list[dict[str, Any]]:
     """The rows of a run folder's ``metrics.jsonl``, less a last line cut short."""
     lines = (path / METRICS).read_text().splitlines(keepends=True)

@@ -133,19 +133,31 @@ def measure(
     return state.replace(last_velocity=velocity, history=history, filtered=filtered), estimate
 
 
-def zmp_distance(
+def com_ahead(
     body: Skeleton, estimate: Estimate, stance: Float[Array, "2"] | Bool[Array, "2"]
-) -> Float[Array, ""]:
-    """d_zmp, m: how far the zero-moment point lies ahead of the stance ankle.
+) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    """(x ahead of the stance ankle, z above its sole) of the torso's centre, m.
 
-    Cart-table model (eq. 4): y_zmp = y_com - (y_com'' / g) z_com, the torso's centre
-    standing for the centre of mass, as in the paper.
+    It stands for the body's centre of mass, as in the paper.
 
     Args:
       stance: [2] true for the stance leg.
     """
     x, z = ankles(body, estimate.joints, estimate.pitch)
     foot_x, foot_z = jnp.sum(jnp.where(stance, x, 0.0)), jnp.sum(jnp.where(stance, z, 0.0))
-    com_x = body.torso * jnp.sin(estimate.pitch) - foot_x
-    com_z = body.torso * jnp.cos(estimate.pitch) - foot_z + body.foot
+    ahead = body.torso * jnp.sin(estimate.pitch) - foot_x
+    return ahead, body.torso * jnp.cos(estimate.pitch) - foot_z + body.foot
+
+
+def zmp_distance(
+    body: Skeleton, estimate: Estimate, stance: Float[Array, "2"] | Bool[Array, "2"]
+) -> Float[Array, ""]:
+    """d_zmp, m: how far the zero-moment point lies ahead of the stance ankle.
+
+    Cart-table model (eq. 4): y_zmp = y_com - (y_com'' / g) z_com.
+
+    Args:
+      stance: [2] true for the stance leg.
+    """
+    com_x, com_z = com_ahead(body, estimate, stance)
     return com_x - estimate.acceleration / GRAVITY * com_z

@@ -58,3 +58,21 @@ def threshold(impulses: Sequence[float], survival: Sequence[float]) -> dict[str,
                 break
             found[name] = size
     return found
+
+
+def each_phase(
+    impulses: Sequence[float], survival: Sequence[Sequence[float]]
+) -> list[dict[str, float | None]]:
+    """[P] the `threshold` of each phase of the step.
+
+    Args:
+      survival: [I][P] share of each impulse and phase.
+    """
+    return [threshold(impulses, column) for column in zip(*survival, strict=True)]
+
+
+def worst_phase(found: Sequence[dict[str, float | None]]) -> dict[str, float | None]:
+    """The smallest threshold of all phases, each way; None where none was tried."""
+    ways = found[0] if found else ()
+    each = {way: [size for one in found if (size := one[way]) is not None] for way in ways}
+    return {way: min(sizes, default=None) for way, sizes in each.items()}

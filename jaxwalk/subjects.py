@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxwalk import config_io, footstep, policy, resources, run_folder, walker, windows
+from jaxwalk import baselines, config_io, footstep, policy, resources, run_folder, walker, windows
 from jaxwalk.config import REFERENCE_HEIGHT, Config
 from jaxwalk.errors import UserError
 
@@ -56,7 +56,7 @@ def load(
     mass: float | None = None,
     noise: float | None = None,
 ) -> Subject:
-    """The subject called ``name``: a run folder, a policy file, ``shipped`` or ``fixed``.
+    """The subject called ``name``: a run folder, a policy file, or a name of `jaxwalk.cli.checks.BUILT_IN`.
 
     Args:
       speed: desired, m/s. height: m. mass: kg. noise: scale of the sensors' noise. None
@@ -67,7 +67,12 @@ def load(
     """
     if name == FIXED:
         config = _changed(Config(), speed, height, mass, noise)
-        return Subject(name, config, _nominal(config), lambda action, observation: action)
+        return Subject(name, config, nominal(config), _never_adapted)
+    if name in baselines.RULES:
+        seen = dataclasses.replace(Config(), observation=baselines.OBSERVATION)
+        config = _changed(seen, speed, height, mass, noise)
+        rule = baselines.strong(baselines.RULES[name])
+        return Subject(name, config, (rule, baselines.reference(config.gait)), baselines.act)
     if name == SHIPPED:
         path = resources.model_path("shipped.safetensors")
     else:
@@ -87,10 +92,16 @@ def load(
         raise UserError(
             f"policy {path}: it contradicts its own configuration; give a policy that jaxwalk saved"
         )
-    return Subject(name, _changed(trained, speed, height, mass, noise), loaded, policy.act)
+    config = _changed(trained, speed, height, mass, noise)
+    return Subject(name, config, policy.without_origin(loaded), policy.act)
 
 
-def _nominal(config: Config) -> Float[Array, "2"]:
+def _never_adapted(action: Float[Array, "2"], observation: Float[Array, "O"]) -> Float[Array, "2"]:
+    return action
+
+
+def nominal(config: Config) -> Float[Array, "2"]:
+    """The nominal step of the configured body, as an action."""
     body = config.body
     return jax.jit(lambda h, m: footstep.nominal_action(walker.person(config.gait, h, m)))(
         jnp.float32(body.height), jnp.float32(body.mass)

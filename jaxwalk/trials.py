@@ -10,6 +10,7 @@ import dataclasses
 from collections.abc import Callable
 from functools import partial
 from operator import itemgetter
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -29,7 +30,7 @@ PUSH_STEP = 6  # the footstep, counted from the start, in which the push comes
 RECOVERED = 0.1  # m/s off the profile, paper's "steady"
 OFF_SECONDS = 0.05
 
-Params = object  # whatever ``act`` wants
+Params = Any  # whatever ``act`` wants
 Act = Callable[[Params, Float[Array, "O"]], Float[Array, "2"]]
 
 

@@ -13,7 +13,10 @@ NUMBERS = GaitConfig(
     length_nominal=0.8, duration_nominal=0.175,
 )  # fmt: skip
 SETUP = walker.Setup.of(Config(sensors=SensorConfig(noise=0.0)))
-EVERYTHING = ("speed", "pitch", "zmp", "step_length", "pitch_rate", "acceleration", "speed_desired", "height")
+EVERYTHING = (
+    "speed", "pitch", "zmp", "step_length", "pitch_rate", "acceleration",
+    "speed_desired", "height", "com_ahead",
+)  # fmt: skip
 
 
 def somebody(length_ratio=1.0, mass_ratio=1.0, numbers=NUMBERS):
@@ -75,14 +78,14 @@ def test_the_policy_is_told_what_was_asked_for_in_that_order():
     # d_zmp: the torso's centre, 0.32452 m up its axis, is 0.32452 sin 0.1 = 0.03240 ahead of the hip, the
     # ankle 0.8838 sin 0.2 = 0.17558 m; its height 0.32452 cos 0.1 + 0.8838 cos 0.2 + 0.0702 = 1.25928 m, by
     # 0.5 / 9.81 = 0.06418 m: 0.03240 - 0.17558 - 0.06418 = -0.20737.
-    assert told.tolist() == pytest.approx([1.0, 0.1, -0.20737, 0.45, 0.3, 0.5, 1.0, 1.0], abs=3e-5)
+    assert told.tolist() == pytest.approx([1.0, 0.1, -0.20737, 0.45, 0.3, 0.5, 1.0, 1.0, -0.14318], abs=3e-5)
     fewer = footstep.observe(("step_length", "pitch"), SETUP, landed(somebody()), jnp.float32(0.45))
     assert fewer.tolist() == pytest.approx([0.45, 0.1])
 
 
 @pytest.mark.parametrize(("length", "mass"), [(1.3, 2.0), (0.8, 0.5)])
 def test_similar_bodies_observe_the_same(length, mass):
-    names = ("speed", "pitch", "zmp", "step_length", "pitch_rate", "acceleration")
+    names = ("speed", "pitch", "zmp", "step_length", "pitch_rate", "acceleration", "com_ahead")
     reference = footstep.observe(names, SETUP, landed(somebody()), jnp.float32(0.45))
     told = footstep.observe(names, SETUP, landed(somebody(length, mass)), jnp.float32(0.45 * length))
     np.testing.assert_allclose(told, reference, rtol=1e-5)

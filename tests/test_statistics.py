@@ -39,3 +39,11 @@ def test_wilsons_interval(survivors, trials, low, high):
 def test_a_threshold_is_survived_with_all_below_it(table, forward, backward):
     found = statistics.threshold([float(i) for i in table], list(table.values()))
     assert found == {"forward": forward, "backward": backward}
+
+
+def test_the_worst_phase_is_each_way_the_weakest():
+    each = statistics.each_phase([-20.0, 10.0, 20.0], [[1.0, 1.0], [1.0, 1.0], [1.0, 0.5]])
+    assert each == [{"forward": 20, "backward": 20}, {"forward": 10, "backward": 20}]
+    assert statistics.worst_phase(each) == {"forward": 10, "backward": 20}
+    one_way = statistics.each_phase([10.0], [[1.0, 0.0]])
+    assert statistics.worst_phase(one_way) == {"forward": 0, "backward": None}

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 from jaxwalk import body
 from jaxwalk.config import REFERENCE_HEIGHT, REFERENCE_MASS, BodyConfig
 from jaxwalk.errors import UserError
 
-BUILT_IN = ("shipped", "fixed")
+BUILT_IN = ("shipped", "fixed", "constant", "raibert", "capture-point")
 
 
 def policy(name: str) -> None:
     """POLICY names something that exists. Its content is judged by whoever loads it."""
     if name not in BUILT_IN and not Path(name).exists():
-        raise UserError(f"no policy {name!r}: give a run folder, a policy file, {' or '.join(BUILT_IN)}")
+        names = f"{', '.join(BUILT_IN[:-1])} or {BUILT_IN[-1]}"
+        raise UserError(f"no policy {name!r}: give a run folder, a policy file, {names}")
 
 
 def whole(option: str, value: int, least: int = 1) -> None:
@@ -32,6 +34,12 @@ def between(option: str, value: int | float, low: int | float, high: int | float
 def positive(option: str, value: float, unit: str) -> None:
     if not (math.isfinite(value) and value > 0):
         raise UserError(f"{option} {value:g}: give a number of {unit} above 0")
+
+
+def ascending(option: str, values: Sequence[float]) -> None:
+    if list(values) != sorted(set(values)):
+        shown = ",".join(f"{value:g}" for value in values)
+        raise UserError(f"{option} {shown}: give ascending numbers, each once")
 
 
 def push_seconds(option: str, value: float) -> None:

@@ -16,7 +16,6 @@ class EvaluateArgs:
     """Measure a policy: does it walk, which pushes does it survive, how soon is it steady again."""
 
     policy: Policy
-    """A run folder, a policy file, 'shipped', or 'fixed' (the step that is never adapted)."""
     walkers: int = 256
     """Walkers in the test of undisturbed walking."""
     seconds: float = 60.0

@@ -115,7 +115,11 @@ def _list_of(what: str) -> tyro.constructors.PrimitiveConstructorSpec:
     )
 
 
-Policy = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="POLICY")]
+POLICIES = (
+    "A run folder, a policy file, 'shipped', 'fixed' (the nominal step, never adapted), 'constant' (the best "
+    "step never adapted), or a rule: 'raibert' (length from speed), 'capture-point' (length and duration)."
+)
+Policy = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="POLICY", help=POLICIES)]
 OptionalFile = Annotated[Path | None, tyro.conf.arg(metavar="PATH")]
 OptionalFloat = Annotated[float | None, tyro.conf.arg(metavar="FLOAT")]
 Impulses = Annotated[tuple[float, ...], _list_of("impulses")]

@@ -10,7 +10,6 @@ from jaxwalk import files
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import Impulses, Numbers, Policy, parse
 from jaxwalk.config import Engine
-from jaxwalk.errors import UserError
 
 IMPULSES = tuple(float(i) for i in range(-120, 121, 15))
 
@@ -20,7 +19,6 @@ class PushMapArgs:
     """Which pushes a policy survives: phase of the step x impulse x height x duration."""
 
     policy: Policy
-    """A run folder, a policy file, 'shipped', or 'fixed' (the step that is never adapted)."""
     out: Path
     """Folder for map.npz, map.json and map.png. A map that was interrupted there goes on."""
     impulses: Impulses = IMPULSES
@@ -50,9 +48,7 @@ class PushMapArgs:
             ("--heights", self.heights),
             ("--durations", self.durations),
         ):
-            if list(values) != sorted(set(values)):
-                shown = ",".join(f"{v:g}" for v in values)
-                raise UserError(f"{option} {shown}: give ascending numbers, each once")
+            checks.ascending(option, values)
         for height in self.heights:
             checks.between("--heights", height, -1.0, 1.0, " m")
         for duration in self.durations:

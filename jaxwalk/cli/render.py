@@ -19,7 +19,6 @@ class RenderArgs:
     """Draw a policy's walk, with a push if wanted: a film (mp4, gif) or a strip of poses (png)."""
 
     policy: Policy
-    """A run folder, a policy file, 'shipped', or 'fixed' (the step that is never adapted)."""
     out: Path
     """File to draw into, replaced if there; .mp4, .gif or .png."""
     seconds: float = 8.0

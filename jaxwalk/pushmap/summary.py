@@ -11,7 +11,7 @@ from jaxwalk import capturability
 from jaxwalk.capturability import Pendulum
 from jaxwalk.pushmap.grid import Grid
 from jaxwalk.pushmap.table import Table
-from jaxwalk.statistics import threshold, wilson
+from jaxwalk.statistics import each_phase, threshold, wilson, worst_phase
 
 QUANTILE = 0.95  # of survivors' longest and shortest steps: a single odd step is nobody's ability
 
@@ -63,8 +63,8 @@ def _part(
     low, high = wilson(survived.sum(2), grid.replicas)
     steady = np.isfinite(recovery)
     mean_recovery = np.where(steady, recovery, 0.0).sum(2) / np.maximum(steady.sum(2), 1)
-    each = [threshold(grid.impulses, shares[:, p].tolist()) for p in range(len(grid.phases))]
-    worst = {way: min((one[way] for one in each if one[way] is not None), default=None) for way in each[0]}
+    each = each_phase(grid.impulses, shares.tolist())
+    worst = worst_phase(each)
     limits = _limits(grid, pendulum)
     return {
         "survival": shares.tolist(),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import jax
 import jax.numpy as jnp
@@ -14,9 +14,9 @@ from jaxwalk.config import Config
 from jaxwalk.ddpg import learner
 from jaxwalk.ddpg.learner import LearnerState
 from jaxwalk.stepper import Task
-from jaxwalk.trials import BINS, Profile, Runner, Trial
+from jaxwalk.trials import BINS, Act, Params, Profile, Runner, Trial
 
-IMPULSES = (50.0, 60.0, 70.0, -50.0, -65.0, -80.0)
+IMPULSES = (60.0, 70.0, 80.0, -60.0, -80.0, -100.0)
 PHASES = 16
 CALM = 16  # walkers that nobody pushes
 SECONDS = 8.0
@@ -24,72 +24,83 @@ SPEED_TOLERANCE = 0.045  # m/s; the aim is 0.05
 
 
 @dataclass(frozen=True)
-class Assessment:
-    """What an evaluation found.
+class Marks:
+    """How a policy did under the graded pushes.
 
     Attributes:
       score: mean survival under pushes, less falls of the calm and their speed's error.
       survival: share that outlived its push. calm: share of the unpushed that did not fall.
       speed: of the unpushed, m/s.
-      predicted, real: discounted return from the first decision, as the critic believed and as it
-        came (what lies beyond the evaluation is the critic's word).
     """
 
     score: float
     survival: float
     calm: float
     speed: float
+
+
+@dataclass(frozen=True)
+class Assessment(Marks):
+    """What an evaluation within training found.
+
+    Attributes:
+      predicted, real: discounted return from the first decision, as the critic believed and as it
+        came (what lies beyond the evaluation is the critic's word).
+    """
+
     predicted: float
     real: float
 
 
+class Exam:
+    """The graded pushes, the same ones each time, for any policy of one kind.
+
+    Args:
+      act: the policy on one observation; its parameters are handed over with each call.
+      seed: of the starts and the noise.
+      purpose: of the seed's keys, as in `scenarios`.
+    """
+
+    def __init__(
+        self, config: Config, act: Act, mesh: Mesh, seed: int, purpose: int = scenarios.ASSESS
+    ) -> None:
+        self.config = config
+        rows = [(impulse, phase / PHASES) for impulse in IMPULSES for phase in range(PHASES)]
+        impulse, phase = np.array(rows + [(0.0, 0.0)] * CALM, np.float32).T
+        count = len(impulse)
+        # Calm names the policy, not the sensors: those are as noisy as in training.
+        self.scenarios = scenarios.batch(config, impulse, phase, scenarios.keys(seed, purpose, count))
+        self.is_calm = impulse == 0
+        self._runner = Runner(Task.of(config), act, count, mesh)
+        self._profile = Profile(jnp.zeros(BINS), jnp.float32(0.6))
+
+    def __call__(self, params: Params) -> tuple[Marks, Trial]:
+        """Run all scenarios, without exploration."""
+        trials = self._runner.run(params, self.config.gait, self._profile, self.scenarios, SECONDS)
+        up, calm = ~trials.state.terminated, self.is_calm
+        # A trial whose push was never reached counts by its fall alone.
+        survival, quiet = float(up[~calm].mean()), float(up[calm].mean())
+        seconds = np.maximum(trials.tally.seconds[calm], 1e-3)
+        speed = float((trials.tally.distance[calm] / seconds).mean())
+        off = max(0.0, abs(speed - self.config.gait.speed_desired) - SPEED_TOLERANCE)
+        return Marks(survival - (1.0 - quiet) - 8.0 * off, survival, quiet, speed), trials
+
+
 class Assessor:
-    """Evaluates learners of one run on the same scenarios each time."""
+    """Examines learners of one run, and holds their critics against what came."""
 
     def __init__(self, config: Config, mesh: Mesh, seed: int) -> None:
-        self.config = config
-        rows = [(impulse, phase / PHASES) for impulse in IMPULSES for phase in range(PHASES)] + [
-            (0.0, 0.0)
-        ] * CALM
-        impulse, phase = np.array(rows, np.float32).T
-        count = len(rows)
-        # Calm names the policy, not the sensors: those are as noisy as in training.
-        self.scenarios = scenarios.batch(
-            config, impulse, phase, scenarios.keys(seed, scenarios.ASSESS, count)
+        self._exam = Exam(
+            config, lambda state, observation: learner.act(config.ddpg, state, observation), mesh, seed
         )
-        self._impulse = impulse
-        self._runner = Runner(
-            Task.of(config),
-            lambda state, observation: learner.act(config.ddpg, state, observation),
-            count,
-            mesh,
-        )
-        self._profile = Profile(jnp.zeros(BINS), jnp.float32(0.6))
         self._value = jax.jit(
             lambda state, o: learner.value(config.ddpg, state, o, learner.act(config.ddpg, state, o))
         )
 
     def __call__(self, state: LearnerState) -> Assessment:
-        """Run all scenarios with the learner's actor, without exploration."""
-        numbers = self.config.gait
-        return self._judge(state, self._runner.run(state, numbers, self._profile, self.scenarios, SECONDS))
-
-    def _judge(self, state: LearnerState, trials: Trial) -> Assessment:
-        up = ~trials.state.terminated
-        calm = self._impulse == 0
-        # A trial whose push was never reached counts by its fall alone.
-        survival, quiet = float(up[~calm].mean()), float(up[calm].mean())
-        seconds = np.maximum(trials.tally.seconds[calm], 1e-3)
-        speed = float((trials.tally.distance[calm] / seconds).mean())
+        """Examine the learner's actor."""
+        marks, trials = self._exam(state)
         predicted = np.asarray(self._value(state, trials.first))
         beyond = np.asarray(self._value(state, trials.state.observation))
-        real = trials.earned + trials.weight * np.where(up, beyond, 0.0)
-        off = max(0.0, abs(speed - self.config.gait.speed_desired) - SPEED_TOLERANCE)
-        return Assessment(
-            score=survival - (1.0 - quiet) - 8.0 * off,
-            survival=survival,
-            calm=quiet,
-            speed=speed,
-            predicted=float(predicted.mean()),
-            real=float(real.mean()),
-        )
+        real = trials.earned + trials.weight * np.where(trials.state.terminated, 0.0, beyond)
+        return Assessment(**asdict(marks), predicted=float(predicted.mean()), real=float(real.mean()))

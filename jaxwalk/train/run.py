@@ -34,15 +34,15 @@ def run(config: Config, run_dir: Path | None, seed: int, command: str) -> Path:
     with RunFolder.create(run_dir, config, seed, command) as folder:
         kind = jax.devices()[0].platform
         print(f"run folder {folder.path}, devices ({kind}): {mesh.size}", flush=True)
-        with Progress(config.train.footsteps) as progress, _Stop() as stop:
+        with Progress(config.train.footsteps) as progress, Stop() as stop:
             _Run(config, folder, seed, command, mesh, progress, stop).go()
         return folder.path
 
 
-class _Stop:
+class Stop:
     """Turns the first Ctrl-C or SIGTERM into a wish; the second interrupts as usual."""
 
-    def __enter__(self) -> _Stop:
+    def __enter__(self) -> Stop:
         self.wanted = False
         self._old = {s: signal.signal(s, self._wish) for s in (signal.SIGINT, signal.SIGTERM)}
         return self
@@ -67,7 +67,7 @@ class _Run:
         command: str,
         mesh: Any,
         progress: Progress,
-        stop: _Stop,
+        stop: Stop,
     ) -> None:
         self.config, self.folder, self.seed, self.command = config, folder, seed, command
         self.progress, self.stop = progress, stop

@@ -7,6 +7,8 @@ import sys
 
 import pytest
 
+from jaxwalk import cli
+
 BAD = [
     ([], ["no command", "train"]),
     (["trian"], ["unknown command 'trian'", "did you mean train?"]),
@@ -113,14 +115,7 @@ def test_the_program_itself_exits_with_2_and_no_traceback(terminal, locale):
 
 
 @pytest.mark.parametrize(
-    "argv",
-    [
-        ["--help"],
-        *(
-            [name, "--help"]
-            for name in ("train", "evaluate", "push-map", "agreement", "sensitivity", "render", "bench")
-        ),
-    ],
+    "argv", [["--help"], *([name, "--help"] for name in cli._COMMANDS)]
 )
 def test_help_imports_nothing_heavy(argv):
     """What makes --help answer at once, without the noise of a timing."""

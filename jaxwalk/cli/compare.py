@@ -1,0 +1,92 @@
+"""``jaxwalk compare``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from jaxwalk import files
+from jaxwalk.cli import checks
+from jaxwalk.cli.parse import POLICIES, Impulses, OptionalFloat, parse
+from jaxwalk.compare import entry
+from jaxwalk.errors import UserError
+
+IMPULSES = tuple(float(i) for i in (*range(-60, -10, 10), *range(20, 90, 10)))
+Policies = Annotated[
+    tuple[str, ...],
+    tyro.conf.Positional,
+    tyro.conf.arg(
+        metavar="POLICY|NAME=RUN,RUN", help=f"{POLICIES} Or the seeds of one method as NAME=RUN,RUN."
+    ),
+]
+
+
+@dataclass(frozen=True)
+class CompareArgs:
+    """Measure several policies, with their seeds, on the same starts, noise and pushes."""
+
+    policies: Policies
+    out: Path
+    """Folder for compare.json, compare.csv and compare.png, which are replaced if there."""
+    walkers: int = 64
+    """Walkers in the test of undisturbed walking."""
+    seconds: float = 30.0
+    """How long they walk, s."""
+    speed: float = 1.0
+    """Forward speed that is asked for, m/s."""
+    impulses: Impulses = IMPULSES
+    """Pushes, N s, ascending, with commas between; positive ones push forward."""
+    phases: int = 16
+    """Points of the step at which a push begins, evenly spread."""
+    replicas: int = 4
+    """Walkers for each impulse and phase."""
+    push_height: float = 0.0
+    """Where the push lands, m above the torso's centre."""
+    push_duration: float = 0.1
+    """How long the push lasts, s."""
+    height: OptionalFloat = None
+    """Stature of all walkers, m. Default: that of the policies' configuration."""
+    mass: OptionalFloat = None
+    """Mass of all walkers, kg. Default: that of the policies' configuration."""
+    noise: float = 1.0
+    """Scale of the sensors' noise and bias: 1 realistic, 0 none."""
+    seed: int = 0
+    """Seed of everything that is drawn at random."""
+
+    def check(self) -> None:
+        """Raises:
+        UserError: an option out of its range, a policy that is missing, or a name given twice.
+        """
+        for one in entry.parse(self.policies):
+            for member in one.members:
+                checks.policy(member)
+        checks.whole("--walkers", self.walkers)
+        checks.positive("--seconds", self.seconds, "seconds")
+        checks.between("--speed", self.speed, 0.1, 3.0, " m/s")
+        checks.ascending("--impulses", self.impulses)
+        if 0.0 in self.impulses:
+            raise UserError("--impulses: 0 is no push; leave it out")
+        checks.whole("--phases", self.phases)
+        checks.whole("--replicas", self.replicas)
+        checks.between("--push-height", self.push_height, -1.0, 1.0, " m")
+        checks.push_seconds("--push-duration", self.push_duration)
+        checks.person(self.height, self.mass)
+        checks.between("--noise", self.noise, 0.0, 100.0, "")
+        checks.whole("--seed", self.seed, least=0)
+        files.check_folder("--out", self.out)
+
+
+def run(argv: Sequence[str]) -> None:
+    args = parse(CompareArgs, argv, "compare")
+    args.check()
+
+    from jaxwalk import runtime
+
+    runtime.setup()
+    from jaxwalk.compare import command
+
+    command.main(args)

@@ -1,0 +1,1 @@
+"""Several policies, with their seeds, on the same pushes."""

@@ -1,0 +1,84 @@
+"""The policies of a comparison, loaded, and seen to walk in the same world."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from jaxwalk import config_io, run_folder, subjects
+from jaxwalk.compare.entry import Entry
+from jaxwalk.config import Config
+from jaxwalk.errors import UserError
+from jaxwalk.subjects import Subject
+
+# What makes two walkers' pushes comparable; the rest is the policy's own.
+_WORLD = ("body", "physics", "sensors")
+_AIM = ("gait.speed_desired", "train.window_ticks")
+
+
+@dataclass(frozen=True)
+class Member:
+    """One seed.
+
+    Attributes:
+      subject: its policy.
+      training: footsteps and seconds of its training, as its run folder tells; None where it does not.
+    """
+
+    subject: Subject
+    training: dict[str, int | float | None]
+
+
+def load(entries: Sequence[Entry], **changes: float | None) -> list[list[Member]]:
+    """The members of each entry.
+
+    Args:
+      changes: of every configuration, as `subjects.load` takes them.
+
+    Raises:
+      UserError: a policy or a run folder that cannot be read, or policies that do not walk in one world.
+    """
+    cast = [[_member(name, changes) for name in entry.members] for entry in entries]
+    first, *others = [member for members in cast for member in members]
+    for other in others:
+        for field, ours, theirs in _differences(first.subject.config, other.subject.config):
+            if field.split(".")[0] in _WORLD or field in _AIM:
+                raise UserError(
+                    f"{first.subject.name} and {other.subject.name} differ in {field}: {_shown(ours)} and "
+                    f"{_shown(theirs)}; give policies of one body, physics, sensors and speed"
+                )
+    return cast
+
+
+def controllers_differ(cast: Sequence[Sequence[Member]]) -> list[str]:
+    """A line for each number of the low-level controllers in which a policy differs from the first one."""
+    first, *others = [member.subject for members in cast for member in members]
+    return [
+        f"{other.name} walks with {field} {_shown(theirs)}, {first.name} with {_shown(ours)}"
+        for other in others
+        for field, ours, theirs in _differences(first.config, other.config)
+        if field.startswith("gait.")
+    ]
+
+
+def _member(name: str, changes: dict[str, float | None]) -> Member:
+    subject = subjects.load(name, **changes)
+    told = run_folder.read_summary(Path(name)) if Path(name).is_dir() else {}
+    training = {what: told.get(what) for what in ("footsteps", "seconds")}
+    for what, value in training.items():
+        if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
+            raise UserError(f"{Path(name) / run_folder.SUMMARY}: {what} is {value!r}, not a number")
+    return Member(subject, training)
+
+
+def _differences(a: Config, b: Config) -> Iterator[tuple[str, Any, Any]]:
+    theirs = dict(config_io.leaves(b))
+    for field, ours in config_io.leaves(a):
+        if ours != theirs[field]:
+            yield field, ours, theirs[field]
+
+
+def _shown(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,160 @@
+"""``jaxwalk compare`` from its options to its files."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import io
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from jaxwalk import evaluate, files, runtime
+from jaxwalk.cli.evaluate import EvaluateArgs
+from jaxwalk.compare import cast, entry, picture, summary
+from jaxwalk.compare.cast import Member
+from jaxwalk.compare.summary import WAYS, Figures
+from jaxwalk.config import to_dict
+
+if TYPE_CHECKING:
+    from jaxwalk.cli.compare import CompareArgs
+
+# Figures on the terminal: title, of which figure, format.
+_ROWS = (
+    ("speed, m/s", "speed", ".3f"),
+    ("unpushed survival", "survival_unpushed", ".0%"),
+    ("recovery, s", "recovery_seconds", ".2f"),
+    ("training footsteps", "training_footsteps", ",.0f"),
+    ("training, s", "training_seconds", ",.0f"),
+)
+
+
+def compare(args: CompareArgs, progress: Progress) -> dict[str, Any]:
+    """Measure everyone; gives ``compare.json``.
+
+    Raises:
+      UserError: a policy that cannot be loaded, or that walks in another world than the first.
+    """
+    entries = entry.parse(args.policies)
+    loaded = cast.load(entries, speed=args.speed, height=args.height, mass=args.mass, noise=args.noise)
+    files.make_folder("--out", args.out)
+    same = {field.name for field in dataclasses.fields(EvaluateArgs)} - {"policy", "json"}
+    options = EvaluateArgs(policy="", **{name: getattr(args, name) for name in same})
+    programs = evaluate.Programs(options)
+    results = [[_measured(member, options, programs, progress) for member in members] for members in loaded]
+    every = [result for group in results for result in group]
+    impulses = every[0]["pushes"]["impulses"]
+    shared = summary.common(impulses, every)
+    policies = []
+    for one, members, group in zip(entries, loaded, results, strict=True):
+        seeds = [
+            summary.figures(result, shared, member.training)
+            for member, result in zip(members, group, strict=True)
+        ]
+        details = [
+            {
+                "policy": member.subject.name,
+                "figures": found,
+                "walking": result["walking"],
+                "pushes": result["pushes"],
+            }
+            for member, found, result in zip(members, seeds, group, strict=True)
+        ]
+        policies.append({"name": one.name, "spread": summary.spread(seeds), "members": details})
+    reach = {
+        way: max((sign * x for x in impulses), default=0.0) for way, sign in zip(WAYS, (1, -1), strict=True)
+    }
+    verdicts = [found for a, b in combinations(policies, 2) if (found := summary.verdict(a, b))]
+    return {
+        "impulses": impulses,
+        "phases": every[0]["pushes"]["phases"],
+        "reach": reach,
+        "recovery_over": shared,
+        "policies": policies,
+        "verdicts": [
+            {**dataclasses.asdict(found), "sentence": summary.sentence(found, reach)} for found in verdicts
+        ],
+        "controllers_differ": cast.controllers_differ(loaded),
+        "options": {**dataclasses.asdict(args), "out": None},
+        "config": to_dict(loaded[0][0].subject.config),
+        **runtime.hardware(),
+    }
+
+
+def _measured(
+    member: Member, options: EvaluateArgs, programs: evaluate.Programs, progress: Progress
+) -> dict[str, Any]:
+    bar = progress.add_task(member.subject.name, total=1.0)
+
+    def tell(what: str, share: float) -> None:
+        progress.update(bar, description=f"{member.subject.name}, {what}", completed=share)
+
+    result = evaluate.evaluate(member.subject, options, tell, programs)
+    progress.update(bar, visible=False)
+    return result
+
+
+def table(result: dict[str, Any]) -> bytes:
+    """``compare.csv``: a line for each seed, and for each policy of several the figures over its seeds."""
+    lines: list[dict[str, Any]] = []
+    for policy in result["policies"]:
+        for member in policy["members"]:
+            lines.append({"name": policy["name"], "line": member["policy"], **member["figures"]})
+        if len(policy["members"]) > 1:
+            for what in ("mean", "sd", "min", "max"):
+                over = {figure: values[what] for figure, values in policy["spread"].items()}
+                lines.append({"name": policy["name"], "line": what, **over})
+    text = io.StringIO()
+    writer = csv.DictWriter(text, fieldnames=list(lines[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(lines)
+    return text.getvalue().encode()
+
+
+def main(args: CompareArgs) -> None:
+    """The command."""
+    console = Console()
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        result = compare(args, progress)
+    files.write_json(args.out / "compare.json", result)
+    files.write_bytes(args.out / "compare.csv", table(result))
+    picture.draw(result, args.out / "compare.png")
+    _print(console, result)
+    console.print(f"compare.json, compare.csv and compare.png in {args.out}", highlight=False)
+
+
+def _print(console: Console, result: dict[str, Any]) -> None:
+    policies = result["policies"]
+    title = "thresholds in N s (+: the grid ends); means over seeds, least to most"
+    screen = Table("", *(policy["name"] for policy in policies), title=title)
+    screen.add_row("seeds", *(str(len(policy["members"])) for policy in policies), end_section=True)
+
+    def row(title: str, figure: str, form: str, reach: float | None = None, last: bool = False) -> None:
+        cells = (_told(policy["spread"][figure], form, reach) for policy in policies)
+        screen.add_row(title, *cells, end_section=last)
+
+    for where in ("worst_phase", "all_phases"):
+        for way in WAYS:
+            title = f"threshold {way}, {where.replace('_', ' ')}"
+            row(title, f"{where}_{way}", ".4g", result["reach"][way])
+    for title, figure, form in _ROWS:
+        row(title, figure, form, last=figure == _ROWS[-1][1])
+    for impulse in result["impulses"]:
+        row(f"survival at {impulse:+g}", f"survival_{impulse:+g}", ".0%")
+    console.print(screen)
+    for line in result["controllers_differ"]:
+        console.print(f"note: {line}", highlight=False)
+    for verdict in result["verdicts"]:
+        console.print(verdict["sentence"], highlight=False)
+
+
+def _told(figure: Figures, form: str, reach: float | None = None) -> str:
+    """Mean (least to most); + where the grid's largest impulse was survived."""
+    mean, least, most = figure["mean"], figure["min"], figure["max"]
+    if mean is None or least is None or most is None:
+        return "-"
+    more = "+" if reach and most >= reach else ""
+    return f"{mean:{form}}{more}" + (f" ({least:{form}} to {most:{form}})" if least != most else "")

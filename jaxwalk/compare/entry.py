@@ -1,0 +1,51 @@
+"""Who is compared: POLICY, or seeds of one method as NAME=RUN,RUN,..."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from jaxwalk.errors import UserError
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One line of the comparison.
+
+    Attributes:
+      name: under which it is shown.
+      members: POLICY of each seed.
+    """
+
+    name: str
+    members: tuple[str, ...]
+
+
+def parse(texts: Sequence[str]) -> list[Entry]:
+    """The entries of a command line.
+
+    Raises:
+      UserError: none at all, a name or a member twice, or an empty one.
+    """
+    if not texts:
+        raise UserError("nothing to compare: give POLICY or NAME=RUN,RUN,..., two or more of them")
+    entries = [_entry(text) for text in texts]
+    names = [entry.name for entry in entries]
+    for name in names:
+        if names.count(name) > 1:
+            raise UserError(f"{name!r} is given twice: give each name once, or NAME=RUN,RUN,... another name")
+    return entries
+
+
+def _entry(text: str) -> Entry:
+    name, equals, members = text.partition("=")
+    if not equals or os.path.exists(text):  # a folder's name may hold an equals sign
+        return Entry(text, (text,))
+    runs = tuple(run.strip() for run in members.split(","))
+    if not name or not all(runs):
+        raise UserError(f"{text!r} is no group of seeds: give NAME=RUN,RUN,... without gaps")
+    for run in runs:
+        if runs.count(run) > 1:
+            raise UserError(f"{text!r} has {run!r} twice: give each run once")
+    return Entry(name.strip(), runs)
