@@ -20,6 +20,9 @@ Observable = Literal[
     "speed_desired", "height", "com_ahead",
 ]  # fmt: skip
 
+Engine = Literal["mjx", "mujoco"]
+"""What moves the plant: MJX, or C MuJoCo solved to convergence (see ``jaxwalk.c_mujoco``)."""
+
 
 @dataclass(frozen=True)
 class BodyConfig:
@@ -164,6 +167,21 @@ class GaitConfig:
     toe_off_speed: float = 1.3
     """linear: the torso's speed from which losses count, at 1 m/s desired, m/s."""
 
+    back_step: bool = True
+    """A walker that cannot pass over its stance foot puts the other foot down behind (not in the paper)."""
+    back_step_margin: float = 0.06
+    """How far behind the stance ankle the capture point is then, m."""
+    back_step_reach: float = 0.1
+    """How far behind the capture point the foot is put, m."""
+    back_step_least: float = 0.1
+    """How far behind the stance ankle it must be to count as landed, m."""
+    back_step_force: float = 150.0
+    """Sole force with which it counts as landed, N."""
+    back_step_knee: float = 0.4
+    """Knee flexion on the way, rad."""
+    back_step_near: float = 0.3
+    """Hip angle before its target at which the knee begins to straighten, rad."""
+
     touchdown_share: float = 0.639
     """Share of early swing before which a contact is no touch-down."""
     touchdown_ahead: float = 0.02
@@ -174,7 +192,7 @@ class GaitConfig:
     """A hip lower than this share of its standing height is a fall."""
     fall_pitch: float = 1.0
     """A torso that leans further than this, either way, is a fall, rad."""
-    stall_seconds: float = 1.5
+    stall_seconds: float = 2.5
     """A footstep that lasts longer is a stall, which ends the episode like a fall, s."""
 
 
@@ -186,7 +204,7 @@ class PushConfig:
     """Mean number of pushes a second."""
     impulse_forward: float = 85.0
     """Largest push from behind, N s."""
-    impulse_backward: float = 55.0
+    impulse_backward: float = 90.0
     """Largest push from the front, N s."""
     impulse_least: float = 0.45
     """Smallest push, as a share of the largest of its direction: what anybody survives teaches nothing."""

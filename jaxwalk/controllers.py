@@ -1,4 +1,4 @@
-"""The three controllers under the policy: stance, swing, ankle toe-off.
+"""The controllers under the policy: stance, swing (ahead, or `back_step`), ankle toe-off.
 
 Equation numbers are those of Liu et al., "Implementation of DDPG for Controlling
 Dynamic Bipedal Walking". Every function is pure and sees one walker; ``config`` holds
@@ -11,6 +11,7 @@ import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Float
 
+from jaxwalk import back_step
 from jaxwalk.config import GaitConfig
 from jaxwalk.gait import GaitState, Phase, swing_phase, swing_progress
 from jaxwalk.kinematics import Skeleton, shank_angles, thigh_angles
@@ -169,8 +170,11 @@ def command(config: GaitConfig, body: Skeleton, gait: GaitState, estimate: Estim
     )
     bent = (phase == Phase.EARLY_SWING) & (progress < config.swing_knee_share)
     swing_knee = jnp.where(bent, config.swing_knee, 0.0)
+    back = back_step.needed(config, body, gait, estimate)
+    back_hip, back_knee = back_step.swing(config, body, gait, estimate)
+    swing_hip, swing_knee = jnp.where(back, back_hip, swing_hip), jnp.where(back, back_knee, swing_knee)
     level = -shank[swing]  # the ankle angle that lays the sole flat
-    ankle_target = jnp.where(phase == Phase.EARLY_SWING, config.swing_ankle, level)
+    ankle_target = jnp.where((phase == Phase.EARLY_SWING) & ~back, config.swing_ankle, level)
     swing_ankle = jnp.where(
         (phase == Phase.TOE_OFF) & (ankle > -config.toe_off_ankle),
         -gait.toe_off,

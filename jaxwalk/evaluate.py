@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -76,13 +77,14 @@ class Programs:
     """The compiled programs of evaluations of one size, so that policies of one kind share theirs."""
 
     def __init__(self, args: EvaluateArgs) -> None:
+        self._engine = args.engine
         self._batch = min(BATCH, max(args.walkers, len(args.impulses) * args.phases * args.replicas))
         self._runners: dict[tuple[Act, Task], Runner] = {}
 
     def of(self, subject: Subject) -> Runner:
         """The one that runs ``subject``."""
         # What is earned is not looked at: policies trained for other rewards need no other program.
-        task = replace(Task.of(subject.config), reward=RewardConfig(), gamma=1.0)
+        task = replace(Task.of(subject.config, self._engine), reward=RewardConfig(), gamma=1.0)
         key = subject.act, task
         if key not in self._runners:
             self._runners[key] = Runner(task, subject.act, self._batch)
@@ -190,20 +192,27 @@ def _push_test(
     )
 
 
+@contextmanager
+def bars(console: Console) -> Iterator[Tell]:
+    """A bar on a terminal for each thing that is told of."""
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        shown: dict[str, Any] = {}
+
+        def tell(what: str, share: float) -> None:
+            if what not in shown:
+                shown[what] = progress.add_task(what, total=1.0)
+            progress.update(shown[what], completed=share)
+
+        yield tell
+
+
 def main(args: EvaluateArgs) -> None:
     """The command."""
     subject = subjects.load(
         args.policy, speed=args.speed, height=args.height, mass=args.mass, noise=args.noise
     )
     console = Console()
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-        bars: dict[str, Any] = {}
-
-        def tell(what: str, share: float) -> None:
-            if what not in bars:
-                bars[what] = progress.add_task(what, total=1.0)
-            progress.update(bars[what], completed=share)
-
+    with bars(console) as tell:
         result = evaluate(subject, args, tell)
     if args.json is not None:
         files.write_json(args.json, result)

@@ -17,7 +17,7 @@ from jaxwalk.sensors import Estimate
 from jaxwalk.similarity import Similarity
 
 # The controllers' numbers may be traced (one set for each walker of a batch): tuning needs that.
-_META = ("toe_off_form", "toe_off_latched")
+_META = ("toe_off_form", "toe_off_latched", "back_step")
 jax.tree_util.register_dataclass(
     GaitConfig,
     data_fields=[f.name for f in dataclasses.fields(GaitConfig) if f.name not in _META],
@@ -42,6 +42,10 @@ _DIMENSION = {
     "toe_off_duration_min": "time",
     "toe_off_duration_max": "time",
     "toe_off_full": "torque",
+    "back_step_margin": "length",
+    "back_step_reach": "length",
+    "back_step_least": "length",
+    "back_step_force": "force",
     "touchdown_ahead": "length",
     "touchdown_force": "force",
     "stall_seconds": "time",
@@ -127,11 +131,19 @@ def step_length(body: Skeleton, gait: GaitState, estimate: Estimate) -> Float[Ar
     return jnp.sum(jnp.where(gait.is_stance, -x, x))
 
 
+def swing_force(gait: GaitState, estimate: Estimate) -> Float[Array, ""]:
+    """Under the sole of the swing leg, N."""
+    return jnp.sum(jnp.where(gait.is_stance, 0.0, estimate.touch))
+
+
 def touched_down(config: GaitConfig, body: Skeleton, gait: GaitState, estimate: Estimate) -> Bool[Array, ""]:
-    """Whether the swing foot has landed ahead: late enough, far enough, with force enough."""
-    force = jnp.sum(jnp.where(gait.is_stance, 0.0, estimate.touch))
+    """Whether the swing foot has landed ahead: late enough, far enough, with force enough.
+
+    A walker that moves backward keeps its stance: the foot ahead could not carry it.
+    """
     return (
         (swing_progress(gait) > config.touchdown_share)
         & (step_length(body, gait, estimate) > config.touchdown_ahead)
-        & (force > config.touchdown_force)
+        & (swing_force(gait, estimate) > config.touchdown_force)
+        & (estimate.speed > 0)
     )

@@ -152,6 +152,20 @@ def _saturated(model: mjx.Model, plant: Plant, command: Float[Array, "6"]) -> mj
     )
 
 
+def readings_of(
+    sensed: Float[Array, "11"], qpos: Float[Array, "9"], qvel: Float[Array, "9"]
+) -> Readings:
+    """A tick's readings: MuJoCo's sensors, those of its start; joints after it, as encoders are read."""
+    return Readings(
+        velocity=sensed[0:3],
+        up=sensed[3:6],
+        gyro=sensed[6:9],
+        touch=sensed[9:11],
+        joints=qpos[3:].reshape(2, 3),
+        joint_rates=qvel[3:].reshape(2, 3),
+    )
+
+
 def step(
     config: BodyConfig,
     physics: PhysicsConfig,
@@ -177,14 +191,5 @@ def step(
         xfrc_applied=wrench,
     )
     data = mjx.step(model, data)
-    # Sensors are those of the tick's start; joints are read after it, like encoders are.
-    sensed = data.sensordata
-    readings = Readings(
-        velocity=sensed[0:3],
-        up=sensed[3:6],
-        gyro=sensed[6:9],
-        touch=sensed[9:11],
-        joints=data.qpos[3:].reshape(2, 3),
-        joint_rates=data.qvel[3:].reshape(2, 3),
-    )
+    readings = readings_of(data.sensordata, data.qpos, data.qvel)
     return Plant(data.qpos, data.qvel, data.qacc_warmstart), readings

@@ -1,7 +1,8 @@
-"""``training.png``: how a run learned, at a glance."""
+"""``training.png``: how a run learned, at a glance; and how any picture reaches its file."""
 
 from __future__ import annotations
 
+import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter
+
+from jaxwalk import files
 
 _BLUE, _ORANGE = "#2f6db5", "#d9742b"
 _DOTS = 25  # points fewer than these are few enough to mark
@@ -37,6 +40,24 @@ _PANELS = (
 )
 
 
+def new_figure(width: float, height: float) -> Figure:
+    """A figure of so many inches that needs no display."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def write_png(figure: Figure, path: Path) -> None:
+    """Replace ``path`` by the picture, all at once.
+
+    Raises:
+      UserError: it cannot be written.
+    """
+    content = io.BytesIO()
+    figure.savefig(content, dpi=110, format="png")
+    files.write_bytes(path, content.getvalue())
+
+
 def training_png(metrics_rows: Sequence[Mapping[str, Any]], path: Path) -> None:
     """Draw the curves of one run.
 
@@ -44,8 +65,7 @@ def training_png(metrics_rows: Sequence[Mapping[str, Any]], path: Path) -> None:
       metrics_rows: as read from ``metrics.jsonl``; a metric may be missing or null in any row.
       path: PNG file, replaced if there.
     """
-    figure = Figure(figsize=(12, 6.4), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(12, 6.4)
     panels = figure.subplots(2, 3, sharex=True)
     for axes, (title, unit, curves) in zip(panels.flat, _PANELS, strict=True):
         axes.set_title(title, loc="left", fontsize=11, fontweight="bold")
@@ -62,7 +82,7 @@ def training_png(metrics_rows: Sequence[Mapping[str, Any]], path: Path) -> None:
     for axes in panels[1]:
         axes.set_xlabel("footsteps")
         axes.xaxis.set_major_formatter(EngFormatter(sep=""))
-    figure.savefig(path, dpi=110, format="png")
+    write_png(figure, path)
 
 
 def _curve(axes: Axes, rows: Sequence[Mapping[str, Any]], name: str, label: str, colour: str) -> None:

@@ -37,6 +37,7 @@ _PAPER = Config(
         toe_off_latched=True,
         toe_off_duration_min=GaitConfig.toe_off_duration,
         toe_off_duration_max=GaitConfig.toe_off_duration,
+        back_step=False,
     ),
     reward=RewardConfig(speed_tolerance=0.0),
     train=TrainConfig(height_spread=0.0, mass_spread=0.0),

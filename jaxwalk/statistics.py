@@ -26,6 +26,19 @@ def wilson(
     return np.maximum(centre - half, 0.0), np.minimum(centre + half, 1.0)
 
 
+def pooled(survivors: int, trials: int) -> dict[str, int | float]:
+    """One count as a share with its interval (Wilson, 95 %)."""
+    low, high = wilson(np.asarray([survivors]), trials)
+    share = survivors / trials
+    return {
+        "survivors": survivors,
+        "trials": trials,
+        "share": share,
+        "low": float(low[0]),
+        "high": float(high[0]),
+    }
+
+
 def threshold(impulses: Sequence[float], survival: Sequence[float]) -> dict[str, float | None]:
     """Largest impulse of each direction such that it and all smaller ones are survived by 95 %.
 

@@ -8,10 +8,9 @@ import jax
 import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Bool, Float, PRNGKeyArray
-from mujoco import mjx
 
 from jaxwalk import footstep, walker
-from jaxwalk.config import Config, GaitConfig, RewardConfig
+from jaxwalk.config import Config, Engine, GaitConfig, RewardConfig
 from jaxwalk.ddpg.types import Transition
 from jaxwalk.walker import Setup, Walker
 
@@ -35,9 +34,9 @@ class Task:
     episode_ticks: int
 
     @classmethod
-    def of(cls, config: Config) -> Task:
+    def of(cls, config: Config, engine: Engine = "mjx") -> Task:
         ticks = round(config.train.episode_seconds / config.physics.timestep)
-        return cls(Setup.of(config), config.observation, config.reward, config.ddpg.gamma, ticks)
+        return cls(Setup.of(config, engine), config.observation, config.reward, config.ddpg.gamma, ticks)
 
 
 @struct.dataclass
@@ -138,7 +137,7 @@ def decide(stepper: Stepper, action: Float[Array, "2"]) -> Stepper:
     return select(stepper.asked, decided, stepper)
 
 
-def tick(task: Task, model: mjx.Model, stepper: Stepper) -> Stepper:
+def tick(task: Task, model: walker.Model, stepper: Stepper) -> Stepper:
     """One physics step; at a touch-down or a fall the footstep closes into ``last``.
 
     A walker that is done stays as it is.

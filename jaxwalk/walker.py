@@ -10,11 +10,14 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 from mujoco import mjx
 
+from jaxwalk import back_step, c_mujoco, controllers, gait, kinematics, physics, pushes, sensors
 from jaxwalk import body as body_lib
-from jaxwalk import controllers, gait, kinematics, physics, pushes, sensors
-from jaxwalk.config import BodyConfig, Config, GaitConfig, PhysicsConfig, SensorConfig
+from jaxwalk.config import BodyConfig, Config, Engine, GaitConfig, PhysicsConfig, SensorConfig
 from jaxwalk.gait import GaitState
 from jaxwalk.similarity import Similarity
+
+Model = mjx.Model | Similarity
+"""What the engine needs to know of a body: all of it (MJX), or its size and mass (C MuJoCo)."""
 
 
 @dataclass(frozen=True)
@@ -25,10 +28,11 @@ class Setup:
     physics: PhysicsConfig
     sensors: SensorConfig
     window_ticks: int
+    engine: Engine = "mjx"
 
     @classmethod
-    def of(cls, config: Config) -> Setup:
-        return cls(config.body, config.physics, config.sensors, config.train.window_ticks)
+    def of(cls, config: Config, engine: Engine = "mjx") -> Setup:
+        return cls(config.body, config.physics, config.sensors, config.train.window_ticks, engine)
 
     @property
     def timestep(self) -> float:
@@ -78,7 +82,7 @@ class Event:
     """What a tick brought.
 
     Attributes:
-      touchdown: the swing foot landed ahead; ``walker.gait`` is already that of the new step.
+      touchdown: the swing foot landed, ahead or in a step back; ``walker.gait`` is that of the new step.
       fell: hip too low, torso too far over, or the step stalled.
       broken: a number of the state is not finite (counts as a fall).
       step_length: of the step that ended, from the sensors, m.
@@ -119,8 +123,10 @@ def inertias(setup: Setup, who: Person) -> controllers.Inertias:
     )
 
 
-def model(setup: Setup, who: Person) -> mjx.Model:
-    """Its MJX model."""
+def model(setup: Setup, who: Person) -> Model:
+    """Its body, for ``setup``'s engine."""
+    if setup.engine == "mujoco":
+        return who.ratio
     return physics.model_of(setup.body, setup.physics, who.ratio)
 
 
@@ -187,6 +193,8 @@ def _toe_off(
     knee = estimate.joints[trailing, 1]
     numbers = who.gait
     torque = controllers.toe_off_torque(numbers, inertias(setup, who), bones.leg, estimate.speed, angle, knee)
+    # A foot ahead of the hip, after a step back, would push the walker further back.
+    torque = jnp.where(angle < 0, torque, 0.0)
     return controllers.push_off(numbers, setup.physics.ankle_limit * who.ratio.torque, torque)
 
 
@@ -208,7 +216,16 @@ def has_fallen(setup: Setup, walker: Walker) -> Bool[Array, ""]:
     return low | (jnp.abs(pitch) > numbers.fall_pitch) | (walker.gait.elapsed > numbers.stall_seconds)
 
 
-def tick(setup: Setup, model: mjx.Model, walker: Walker) -> tuple[Walker, Event]:
+def move(
+    setup: Setup, model: Model, plant: physics.Plant, command: Float[Array, "6"], push: Float[Array, "2"]
+) -> tuple[physics.Plant, physics.Readings]:
+    """One tick of the plant alone, by ``setup``'s engine (see `physics.step`)."""
+    if isinstance(model, Similarity):
+        return c_mujoco.step(setup.body, setup.physics, model, plant, command, push)
+    return physics.step(setup.body, setup.physics, model, plant, command, push)
+
+
+def tick(setup: Setup, model: Model, walker: Walker) -> tuple[Walker, Event]:
     """One physics step of the closed loop.
 
     At a touch-down the gait's clock restarts and toe-off begins; the step's
@@ -218,12 +235,13 @@ def tick(setup: Setup, model: mjx.Model, walker: Walker) -> tuple[Walker, Event]
     bones = skeleton(setup, who)
     command = controllers.command(numbers, bones, walker.gait, walker.estimate)
     push = pushes.wrench(walker.push, walker.tick, walker.plant.qpos[2])
-    plant, readings = physics.step(setup.body, setup.physics, model, walker.plant, command, push)
+    plant, readings = move(setup, model, walker.plant, command, push)
     noise_key = jax.random.fold_in(walker.key, walker.tick)
     state, estimate = sensors.measure(setup.sensors, setup.timestep, walker.sensors, readings, noise_key)
 
     clock = walker.gait.replace(elapsed=walker.gait.elapsed + setup.timestep)
-    landed = gait.touched_down(numbers, bones, clock, estimate)
+    where = (numbers, bones, clock, estimate)
+    landed = gait.touched_down(*where) | back_step.touched_down(*where)
     # At a touch-down the legs swap: the one that was in stance trails and pushes off.
     trailing = jnp.where(landed, clock.stance, 1 - clock.stance)
     torque, seconds = _toe_off(setup, who, bones, estimate, trailing)

@@ -31,7 +31,7 @@ from jaxwalk import runtime
 
 runtime.setup()  # before MJX is imported, so that it is quiet
 
-from jaxwalk import controllers, physics, walker  # noqa: E402
+from jaxwalk import c_mujoco, controllers, physics, walker  # noqa: E402
 from jaxwalk.config import Config, PhysicsConfig  # noqa: E402
 from jaxwalk.similarity import Similarity  # noqa: E402
 
@@ -121,8 +121,7 @@ def by_mjx(config: Config, settings: PhysicsConfig, replay: Replay) -> tuple[np.
 
 def by_c(config: Config, settings: PhysicsConfig, replay: Replay) -> np.ndarray:
     """[B, T, 3] likewise, by C MuJoCo, solved to convergence."""
-    exact = dataclasses.replace(settings, iterations=100, ls_iterations=50, tolerance=1e-10)
-    model = physics.compile_mujoco(config.body, exact)
+    model = physics.compile_mujoco(config.body, c_mujoco.converged(settings))
     data, commands, paths = mujoco.MjData(model), replay.held(settings.timestep), []
     for qpos, qvel, told in zip(replay.start.qpos, replay.start.qvel, commands, strict=True):
         mujoco.mj_resetData(model, data)

@@ -28,10 +28,10 @@ def clock(elapsed, stance=0):
     )
 
 
-def estimate(hips=(0.0, 0.0), touch=(0.0, 0.0), pitch=0.0):
+def estimate(hips=(0.0, 0.0), touch=(0.0, 0.0), pitch=0.0, speed=1.0):
     zero = jnp.zeros(())
     return sensors.Estimate(
-        speed=zero, acceleration=zero, pitch=jnp.float32(pitch), pitch_rate=zero,
+        speed=jnp.float32(speed), acceleration=zero, pitch=jnp.float32(pitch), pitch_rate=zero,
         joints=jnp.zeros((2, 3)).at[:, 0].set(jnp.array(hips)), joint_rates=jnp.zeros((2, 3)),
         touch=jnp.array(touch),
     )  # fmt: skip
@@ -82,7 +82,7 @@ def test_ankles_are_where_mujoco_puts_them():
 
 
 # Swing leg right, 0.3 rad ahead against -0.2 rad, 60 N under it, 60 % of early swing over: it has landed.
-LANDED = dict(elapsed=0.16, hips=(-0.2, 0.3), touch=(700.0, 60.0))
+LANDED = dict(elapsed=0.16, hips=(-0.2, 0.3), touch=(700.0, 60.0), speed=1.0)
 
 
 @pytest.mark.parametrize(
@@ -99,13 +99,14 @@ LANDED = dict(elapsed=0.16, hips=(-0.2, 0.3), touch=(700.0, 60.0))
         ({"touch": (700.0, 19.0)}, False),  # hardly touches
         ({"touch": (700.0, 21.0)}, True),
         ({"touch": (0.0, 60.0)}, True),  # the other foot need not carry
+        ({"speed": -0.01}, False),  # a foot ahead carries nobody who moves backward
     ],
 )
 @pytest.mark.parametrize("stance", [0, 1])
 def test_a_touchdown_is_late_enough_far_enough_and_firm_enough(change, landed, stance):
     case = LANDED | change
     order = slice(None) if stance == 0 else slice(None, None, -1)
-    seen = estimate(hips=case["hips"][order], touch=case["touch"][order])
+    seen = estimate(hips=case["hips"][order], touch=case["touch"][order], speed=case["speed"])
     assert bool(gait.touched_down(NUMBERS, SKELETON, clock(case["elapsed"], stance), seen)) == landed
 
 
@@ -122,6 +123,7 @@ def test_numbers_scale_by_dynamic_similarity():
         "ankle_stiffness": 40, "toe_off_full": 40,
         "ankle_rate_gain": 80,  # torque per rate
         "toe_off_gain": 20,  # torque per speed
+        "back_step_margin": 4, "back_step_reach": 4, "back_step_least": 4, "back_step_force": 10,
         "touchdown_force": 10,
     }  # fmt: skip
     for field in dataclasses.fields(GaitConfig):

@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 from mujoco import mjx
 
-from jaxwalk import controllers, physics, pushes, walker
+from jaxwalk import c_mujoco, controllers, physics, pushes, walker
 from jaxwalk.config import BodyConfig, Config
 from jaxwalk.similarity import Similarity
 
 CONFIG = Config()
 SETUP = walker.Setup.of(CONFIG)
-REFERENCE = dataclasses.replace(CONFIG.physics, iterations=100, ls_iterations=50, tolerance=1e-10)
+REFERENCE = c_mujoco.converged(CONFIG.physics)
 DT = CONFIG.physics.timestep
 ROWS, TICKS = 64, 50
 # The first half is the reference body; the others differ in stature and build.
@@ -43,19 +43,18 @@ def no_push():
     return jax.tree.map(lambda x: np.full(ROWS, x), pushes.none())
 
 
-@pytest.fixture(scope="module")
-def open_loop():
+def replay(setup):
     """Compiled once: [ROWS] bodies, starts, commands and pushes -> (plants, readings), [ROWS, TICKS]."""
     traces = []
 
     def one(height, mass, start, commands, push):
         traces.append(1)
-        model = physics.model_of(CONFIG.body, CONFIG.physics, Similarity.of(height, mass))
+        model = walker.model(setup, walker.person(CONFIG.gait, height, mass))
 
         def tick(plant, told):
             command, now = told
             force = pushes.wrench(push, now, plant.qpos[2])
-            plant, readings = physics.step(CONFIG.body, CONFIG.physics, model, plant, command, force)
+            plant, readings = walker.move(setup, model, plant, command, force)
             return plant, (plant, readings)
 
         return jax.lax.scan(tick, start, (commands, jnp.arange(TICKS)))[1]
@@ -67,6 +66,16 @@ def open_loop():
 
     run.traces = traces
     return run
+
+
+@pytest.fixture(scope="module")
+def open_loop():
+    return replay(SETUP)
+
+
+@pytest.fixture(scope="module")
+def open_loop_c():
+    return replay(walker.Setup.of(CONFIG, "mujoco"))
 
 
 @pytest.fixture(scope="module")
@@ -151,6 +160,48 @@ def test_a_tenth_of_a_second_of_walking_agrees_with_c(both, rows):
     assert np.median(off) < 2e-5
     assert np.quantile(off, 0.8) < 2e-3
     assert off.max() < 6e-3
+
+
+def test_the_engine_of_c_is_c(open_loop_c, walking, both):
+    """Other bodies in one batch, pushes, saturated servos, landings: only rounding between ticks differs."""
+    case, up = walking
+    plants, readings = jax.tree.map(lambda x: x[up], open_loop_c(case))
+    _, _, qpos, qvel, sensed = both
+    # Bodies and forces reach the engine as float32 (6e-8 of 400 N or of 1 MN/m of contact times 1 m: tenths
+    # of a N), which over 2 ms on a foot of 1 kg is some 1e-4 m/s; positions leave it rounded to 1e-7 m.
+    np.testing.assert_allclose(plants.qvel[:, 0], qvel[:, 0], atol=3e-4)
+    np.testing.assert_allclose(plants.qpos[:, 0], qpos[:, 0], atol=1e-6)
+    np.testing.assert_allclose(readings.touch[:, 0], sensed[:, 0, 9:11], atol=1.0)
+    np.testing.assert_allclose(readings.velocity[:, 0], sensed[:, 0, 0:3], atol=1e-5)
+    np.testing.assert_allclose(readings.gyro[:, 0], sensed[:, 0, 6:9], atol=1e-5)
+    # A tenth of a second: states rounded to 1e-7 fifty times, and where that makes a contact begin a tick
+    # early or late, 2 ms of a foot that moves at 2 m/s, through the leg.
+    off = np.abs(plants.qpos - qpos)[:, :, :3].max((1, 2))
+    assert np.median(off) < 2e-6
+    assert np.quantile(off, 0.9) < 2e-5
+    assert off.max() < 2e-3
+    # It is no other than MJX's plant: the same ticks, to the tolerance of MJX.
+    np.testing.assert_allclose(plants.qvel[:, 0], both[0].qvel[:, 0], atol=1e-3)
+
+
+def test_the_engine_of_c_keeps_nothing_from_one_call_to_the_next(open_loop_c, walking):
+    case, row = walking[0], 50
+    first, _ = open_loop_c(case)
+    alike = [row] * ROWS
+    alone = OpenLoop(*(jax.tree.map(lambda x: x[alike], part) for part in vars(case).values()))
+    among, _ = open_loop_c(alone, HEIGHT[alike], MASS[alike])
+    np.testing.assert_array_equal(among.qpos[0], first.qpos[row])
+    np.testing.assert_array_equal(open_loop_c(case)[0].qpos, first.qpos)
+
+
+def test_the_engine_of_c_tells_a_broken_plant_from_a_sound_one(open_loop_c, walking):
+    case = walking[0]
+    broken = case.start.qvel.copy()
+    broken[3, 4] = np.nan
+    plants, _ = open_loop_c(dataclasses.replace(case, start=case.start.replace(qvel=broken)))
+    finite = np.isfinite(plants.qpos).all((1, 2))
+    assert not finite[3] and np.isnan(plants.qpos[3]).all()
+    assert finite[[2, 4]].all()
 
 
 def test_readings_come_from_the_plant(both):

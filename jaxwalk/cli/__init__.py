@@ -19,6 +19,8 @@ _COMMANDS = {
     "evaluate": "measure a policy's walking and the pushes that it survives",
     "push-map": "which pushes a policy survives, at every phase of the step",
     "compare": "measure several policies, with their seeds, on the same pushes",
+    "agreement": "whether MJX and C MuJoCo say the same of a policy",
+    "sensitivity": "what a policy's results owe to the physics' settings",
     "render": "draw a policy's walk as mp4, gif or png",
     "bench": "measure the speed of the simulation and of training",
 }

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from jaxwalk import files
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import Impulses, OptionalFile, OptionalFloat, Policy, parse
+from jaxwalk.config import Engine
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,8 @@ class EvaluateArgs:
     """Mass of all walkers, kg. Default: that of the policy's configuration."""
     noise: float = 1.0
     """Scale of the sensors' noise and bias: 1 realistic, 0 none."""
+    engine: Engine = "mjx"
+    """What moves the walkers: mjx, or mujoco (C MuJoCo in doubles, solved to convergence)."""
     seed: int = 0
     """Seed of everything that is drawn at random."""
     json: OptionalFile = None

@@ -9,6 +9,7 @@ from pathlib import Path
 from jaxwalk import files
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import Impulses, Numbers, Policy, parse
+from jaxwalk.config import Engine
 
 IMPULSES = tuple(float(i) for i in range(-120, 121, 15))
 
@@ -32,6 +33,8 @@ class PushMapArgs:
     """Walkers for each combination."""
     chunk: int = 512
     """Trials in one program: what bounds the memory. The result does not depend on it, but for rounding."""
+    engine: Engine = "mjx"
+    """What moves the walkers: mjx, or mujoco (C MuJoCo in doubles, solved to convergence)."""
     seed: int = 0
     """Seed of everything that is drawn at random."""
 

@@ -15,6 +15,7 @@ import jax
 import jax.numpy as jnp
 import optax
 from jax import lax
+from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
 from jaxwalk.config import DDPGConfig
@@ -147,7 +148,7 @@ def update(
       state: the learner.
       batch: raw transitions [B].
       key: draws the noise of TD3's target actions; DDPG ignores it.
-      axis_name: a mapped axis (shard_map, vmap) whose members hold equal states, and different
+      axis_name: an axis of shard_map whose members hold equal states, and different
         batches and keys. Gradients and metrics are averaged over it, so states stay equal.
 
     Returns:
@@ -274,18 +275,18 @@ def _descend(
     optimizer_state: Any,
     axis_name: str | None,
 ) -> tuple[Params, Any, tuple[Array, Any], Array]:
-    """One step down ``loss``: parameters, optimizer state, (loss, auxiliary), gradient norm.
-
-    The mean over the axis is taken of the loss and again of its gradient: where the gradient of
-    replicated parameters arrives already summed (shard_map that tracks replication), the former
-    makes the sum a mean and the latter changes nothing; elsewhere it is the other way round.
-    """
-    value, gradient = jax.value_and_grad(lambda p: _mean(loss(p), axis_name), has_aux=True)(params)
-    gradient = _mean(gradient, axis_name)
+    """One step down ``loss``: parameters, optimizer state, (loss, auxiliary), gradient norm."""
+    # Each member's own gradient, also where JAX would sum that of replicated parameters over the axis.
+    own = params if axis_name is None else lax.pcast(params, axis_name, to="varying")
+    value, gradient = _mean(jax.value_and_grad(loss, has_aux=True)(own), axis_name)
     with jax.numpy_dtype_promotion("standard"):  # Adam's bias correction mixes int32 and float
         updates, optimizer_state = optimizer.update(gradient, optimizer_state, params)
     return optax.apply_updates(params, updates), optimizer_state, value, optax.tree.norm(gradient)
 
 
 def _mean(tree: Any, axis_name: str | None) -> Any:
-    return tree if axis_name is None else lax.pmean(tree, axis_name)
+    """The mean over the axis as one message: devices that wait for each other cost more than numbers."""
+    if axis_name is None:
+        return tree
+    flat, unflatten = ravel_pytree(tree)
+    return unflatten(lax.pmean(flat, axis_name))

@@ -27,13 +27,19 @@ def push_map(subject: Subject, args: PushMapArgs, progress: Progress) -> dict[st
     """Try the whole grid and write ``map.npz``, ``map.json`` and ``map.png``; gives the JSON."""
     phases = tuple(i / args.phases for i in range(args.phases))
     grid = Grid(args.impulses, phases, args.heights, args.durations, args.replicas, args.seed)
-    identity = {"policy": subject.digest, "config": to_dict(subject.config), **runtime.versions()}
+    identity = {"policy": subject.digest, "config": to_dict(subject.config), "engine": args.engine}
+    identity |= runtime.versions()
     found = table.resume(args.out, grid, identity)
     files.make_folder("--out", args.out)
     before = int(found.done.sum())
     bar = progress.add_task(f"{grid.size:,} trials", total=1.0)
     walked, rate = run.run(
-        subject, found, args.chunk, args.out, lambda share: progress.update(bar, completed=share)
+        subject,
+        args.engine,
+        found,
+        args.chunk,
+        args.out,
+        lambda share: progress.update(bar, completed=share),
     )
     result = summary.summarise(found, _pendulum(subject, walked, found)) | {
         "policy": args.policy,
@@ -44,7 +50,7 @@ def push_map(subject: Subject, args: PushMapArgs, progress: Progress) -> dict[st
         **runtime.hardware(),
     }
     files.write_json(args.out / "map.json", result)
-    title = f"{args.policy}: {grid.replicas} walkers a cell, {grid.size:,} trials"
+    title = f"{args.policy}, {args.engine}: {grid.replicas} walkers a cell, {grid.size:,} trials"
     picture.draw(result, title, args.out / "map.png")
     return result
 

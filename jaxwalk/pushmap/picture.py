@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
-from jaxwalk import files
+from jaxwalk import plots
 
 _LINES = {  # of the limits: sign, label, style
     "A": (1, "A: step in flight fixed", (0, (1, 1))),
@@ -28,8 +25,7 @@ def draw(result: dict[str, Any], title: str, path: Path) -> None:
       path: PNG file, replaced if there.
     """
     rows, columns = len(result["durations"]), len(result["heights"])
-    figure = Figure(figsize=(1.6 + 5.2 * columns, 1.0 + 4.6 * rows), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = plots.new_figure(1.6 + 5.2 * columns, 1.0 + 4.6 * rows)
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     image = None
     for d, duration in enumerate(result["durations"]):
@@ -44,15 +40,13 @@ def draw(result: dict[str, Any], title: str, path: Path) -> None:
     panels[0, 0].legend(fontsize=7, loc="center right", framealpha=0.9)
     figure.colorbar(image, ax=panels, label="share that survives", shrink=0.8)
     figure.suptitle(title, fontsize=11, x=0.01, ha="left")
-    content = io.BytesIO()
-    figure.savefig(content, dpi=110, format="png")
-    files.write_bytes(path, content.getvalue())
+    plots.write_png(figure, path)
 
 
 def _panel(axes: Axes, result: dict[str, Any], part: dict[str, Any]) -> Any:
     impulses, phases = np.asarray(result["impulses"]), np.asarray(result["phases"])
     image = axes.pcolormesh(
-        _edges(phases), _edges(impulses), np.asarray(part["survival"]), cmap="RdYlGn", vmin=0, vmax=1
+        edges(phases), edges(impulses), np.asarray(part["survival"]), cmap="RdYlGn", vmin=0, vmax=1
     )
     axes.axhline(0, color="0.3", linewidth=0.6)
     for way, sign in (("forward", 1), ("backward", -1)):
@@ -73,7 +67,7 @@ def _panel(axes: Axes, result: dict[str, Any], part: dict[str, Any]) -> Any:
     return image
 
 
-def _edges(centres: np.ndarray) -> np.ndarray:
+def edges(centres: np.ndarray) -> np.ndarray:
     """[n + 1] borders between and around ``centres``."""
     if len(centres) == 1:
         return np.array([centres[0] - 0.5, centres[0] + 0.5])

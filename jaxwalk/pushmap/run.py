@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jaxwalk import evaluate, pushes, scenarios
+from jaxwalk.config import Engine
 from jaxwalk.errors import UserError
 from jaxwalk.pushmap.table import Table
 from jaxwalk.stepper import Task
@@ -24,10 +25,13 @@ CALM_SECONDS = 15.0
 Tell = Callable[[float], None]
 
 
-def run(subject: Subject, table: Table, chunk: int, folder: Path, tell: Tell) -> tuple[Trial, float]:
+def run(
+    subject: Subject, engine: Engine, table: Table, chunk: int, folder: Path, tell: Tell
+) -> tuple[Trial, float]:
     """Fill ``table`` in place, saving it after each chunk.
 
     Args:
+      engine: what moves the walkers.
       chunk: trials in one program.
       tell: called with the share of all the work that is done.
 
@@ -38,7 +42,7 @@ def run(subject: Subject, table: Table, chunk: int, folder: Path, tell: Tell) ->
       UserError: the policy does not walk, or the table cannot be saved; what was saved before stands.
     """
     grid, config = table.grid, subject.config
-    runner = Runner(Task.of(config), subject.act, min(chunk, grid.size))
+    runner = Runner(Task.of(config, engine), subject.act, min(chunk, grid.size))
     follow = partial(runner.run, subject.params, config.gait)
     none = np.zeros(CALM, np.float32)
     calm = scenarios.batch(config, none, none, scenarios.keys(grid.seed, scenarios.CALM, CALM))

@@ -90,7 +90,7 @@ def resume(folder: Path, grid: Grid, identity: dict[str, Any]) -> Table:
         (grid.size,)
     }:
         raise UserError(
-            f"{path} holds the map of another policy, grid or seed: give --out another folder, "
+            f"{path} holds the map of another policy, grid, seed or engine: give --out another folder, "
             "or the same options to go on with it"
         )
     return table

@@ -16,7 +16,7 @@ from jaxwalk.ddpg.learner import LearnerState
 from jaxwalk.stepper import Task
 from jaxwalk.trials import BINS, Act, Params, Profile, Runner, Trial
 
-IMPULSES = (50.0, 60.0, 70.0, -30.0, -40.0, -50.0)
+IMPULSES = (60.0, 70.0, 80.0, -60.0, -80.0, -100.0)
 PHASES = 16
 CALM = 16  # walkers that nobody pushes
 SECONDS = 8.0

@@ -7,6 +7,8 @@ import sys
 
 import pytest
 
+from jaxwalk import cli
+
 BAD = [
     ([], ["no command", "train"]),
     (["trian"], ["unknown command 'trian'", "did you mean train?"]),
@@ -35,6 +37,8 @@ BAD = [
     (["evaluate", "fixed", "--mass", "-3"], ["mass -3", "between 5 and 500 kg"]),
     (["evaluate", "fixed", "--mass", "0"], ["mass 0", "between 5 and 500 kg"]),
     (["evaluate", "fixed", "--walkers", "2.5"], ["--walkers", "'2.5'", "INT"]),
+    (["evaluate", "fixed", "--engine", "ode"], ["'ode'", "--engine", "'mjx'", "'mujoco'"]),
+    (["push-map", "fixed", "--out", "no/map", "--engine", "ode"], ["'ode'", "--engine", "'mujoco'"]),
     (["evaluate", "fixed", "--noise", "-1"], ["--noise -1", "0 to 100"]),
     (["evaluate", "fixed", "--push-duration", "0"], ["--push-duration 0", "give 0.001 to 2 s"]),
     (["evaluate", "fixed", "--json", "no/such/folder/e.json"], ["--json", "no folder no/such/folder"]),
@@ -111,7 +115,7 @@ def test_the_program_itself_exits_with_2_and_no_traceback(terminal, locale):
 
 
 @pytest.mark.parametrize(
-    "argv", [["--help"], *([name, "--help"] for name in ("train", "evaluate", "compare", "render", "bench"))]
+    "argv", [["--help"], *([name, "--help"] for name in cli._COMMANDS)]
 )
 def test_help_imports_nothing_heavy(argv):
     """What makes --help answer at once, without the noise of a timing."""

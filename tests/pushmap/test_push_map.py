@@ -104,10 +104,11 @@ def test_bad_options_are_one_line(options, said, tmp_path, capsys):
     assert not (tmp_path / "m").exists()
 
 
-def test_another_map_is_not_overwritten(whole, capsys):
+@pytest.mark.parametrize("other", [["--seed", "1"], ["--engine", "mujoco"]], ids=" ".join)
+def test_another_map_is_not_overwritten(whole, capsys, other):
     before = (whole / table.NAME).read_bytes()
-    assert push_map(whole, "--seed", "1") == 2
-    assert "another policy, grid or seed" in capsys.readouterr().err
+    assert push_map(whole, *other) == 2
+    assert "another policy, grid, seed or engine" in capsys.readouterr().err
     assert (whole / table.NAME).read_bytes() == before
 
 

@@ -1,0 +1,4 @@
+"""Whether two engines say the same of one policy.
+
+evaluate (twice) -> compare -> picture
+"""

@@ -1,0 +1,106 @@
+"""The plant in C MuJoCo, solved to convergence: a second opinion on what MJX makes of a walker.
+
+The same closed loop calls it back from within the compiled program, once a tick for a whole batch
+(under ``vmap``), so that nothing but the plant changes. It keeps nothing from tick to tick: `Plant`
+holds all that the next one needs, rounded to float32 as MJX has it; within a tick C computes in doubles.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from functools import lru_cache, partial
+
+import jax
+import jax.numpy as jnp
+import mujoco
+import numpy as np
+from jaxtyping import Array, Float
+
+from jaxwalk import physics as mjx_physics
+from jaxwalk.config import REFERENCE_HEIGHT, REFERENCE_MASS, BodyConfig, PhysicsConfig
+from jaxwalk.physics import Plant, Readings
+from jaxwalk.similarity import Similarity
+
+_BODIES = 1024  # compiled models that are kept, of some 0.2 MB each
+_STATE = mujoco.mjtState
+_OUTPUT = int(_STATE.mjSTATE_QPOS | _STATE.mjSTATE_QVEL | _STATE.mjSTATE_WARMSTART)
+_INPUT = _OUTPUT | int(_STATE.mjSTATE_CTRL | _STATE.mjSTATE_XFRC_APPLIED)  # in this order
+
+
+def converged(physics: PhysicsConfig) -> PhysicsConfig:
+    """The same physics with the solver run to convergence."""
+    return dataclasses.replace(physics, iterations=100, ls_iterations=50, tolerance=1e-10)
+
+
+def step(
+    config: BodyConfig,
+    physics: PhysicsConfig,
+    body: Similarity,
+    plant: Plant,
+    command: Float[Array, "6"],
+    push: Float[Array, "2"],
+) -> tuple[Plant, Readings]:
+    """One tick, as `jaxwalk.physics.step` makes it.
+
+    Args:
+      config: the table of the body; its height and mass are ``body``'s.
+      physics: its solver settings are not used, see `converged`.
+      command: [6] hip rate (rad/s), knee angle (rad), ankle torque (N m); left, then right.
+      push: [2] forward force at the torso's centre of mass (N) and pitching moment (N m).
+
+    Returns:
+      The plant after the tick, and what was sensed; NaN throughout for a plant that is not finite.
+    """
+    sizes = jnp.stack([jnp.float32(body.length), jnp.float32(body.mass)])
+    plain = jax.ShapeDtypeStruct((9,), jnp.float32)
+    qpos, qvel, warmstart, sensed = jax.pure_callback(
+        partial(_batch, config, physics),
+        (plain, plain, plain, jax.ShapeDtypeStruct((11,), jnp.float32)),
+        sizes,
+        plant.qpos,
+        plant.qvel,
+        plant.warmstart,
+        command,
+        push,
+        vmap_method="broadcast_all",
+    )
+    return Plant(qpos, qvel, warmstart), mjx_physics.readings_of(sensed, qpos, qvel)
+
+
+@lru_cache(maxsize=_BODIES)
+def _model(config: BodyConfig, physics: PhysicsConfig, length: float, mass: float) -> mujoco.MjModel:
+    body = dataclasses.replace(config, height=length * REFERENCE_HEIGHT, mass=mass * REFERENCE_MASS)
+    model = mjx_physics.compile_mujoco(body, converged(physics))
+    # A state that blows up is told as it is (a fall), not put back to the start.
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    return model
+
+
+def _batch(
+    config: BodyConfig,
+    physics: PhysicsConfig,
+    bodies: Array,
+    qpos: Array,
+    qvel: Array,
+    warmstart: Array,
+    command: Array,
+    push: Array,
+) -> tuple[np.ndarray, ...]:
+    """[..., n] arrays of any leading shape; gives qpos, qvel, warmstart and sensors, float32 as they came."""
+    lead = qpos.shape[:-1]
+    told = [np.asarray(x, np.float64).reshape(-1, x.shape[-1]) for x in (qpos, qvel, warmstart, command)]
+    sizes = [(length, mass) for length, mass in np.asarray(bodies, np.float64).reshape(-1, 2).tolist()]
+    known = {size: _model(config, physics, *size) for size in set(sizes)}
+    models = [known[size] for size in sizes]
+    wrench = np.zeros((len(models), models[0].nbody, 6))
+    wrench[:, 1, [0, 4]] = np.asarray(push).reshape(-1, 2)
+    before = np.concatenate([*told, wrench.reshape(len(models), -1)], axis=1)
+    after = np.full((len(models), 27), np.nan)
+    sensed = np.full((len(models), models[0].nsensordata), np.nan)
+    data = mujoco.MjData(models[0])  # bodies differ in sizes, not in what there is of them
+    for row in np.flatnonzero(np.isfinite(before).all(1)):
+        mujoco.mj_setState(models[row], data, before[row], _INPUT)
+        mujoco.mj_step(models[row], data)
+        mujoco.mj_getState(models[row], data, after[row], _OUTPUT)
+        sensed[row] = data.sensordata
+    return tuple(np.float32(x).reshape(*lead, -1) for x in (*np.split(after, 3, axis=1), sensed))

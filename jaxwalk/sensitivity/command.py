@@ -1,0 +1,108 @@
+"""``jaxwalk sensitivity`` from its options to its files."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from jaxwalk import evaluate, files, runtime, subjects
+from jaxwalk.cli.evaluate import EvaluateArgs
+from jaxwalk.config import Config, to_dict
+from jaxwalk.evaluate import Tell
+from jaxwalk.sensitivity import picture
+from jaxwalk.sensitivity.settings import PARAMETERS, Setting, settings
+from jaxwalk.statistics import pooled
+from jaxwalk.subjects import Subject
+
+if TYPE_CHECKING:
+    from jaxwalk.cli.sensitivity import SensitivityArgs
+
+_SHARED = ("policy", "walkers", "seconds", "impulses", "phases", "replicas", "engine", "seed")
+
+
+def tried(subject: Subject, args: SensitivityArgs) -> list[Setting]:
+    """Raises:
+    UserError: a value that cannot be simulated.
+    """
+    values = {
+        name: getattr(args, option.removeprefix("--").replace("-", "_"))
+        for name, option in PARAMETERS.items()
+    }
+    if args.engine == "mujoco":
+        values["iterations"] = ()  # as many as it takes, whatever is configured
+    return settings(subject.config, values)
+
+
+def sensitivity(
+    subject: Subject, args: SensitivityArgs, tell: Tell = lambda what, share: None
+) -> dict[str, Any]:
+    """The same trials under every setting, as the JSON that ``jaxwalk sensitivity`` writes.
+
+    Args:
+      tell: called with what is under way and the share of it that is done.
+    """
+    options = EvaluateArgs(**{name: getattr(args, name) for name in _SHARED})
+    plan = tried(subject, args)
+    known: dict[Config, dict[str, Any]] = {}  # the policy's own configuration is among each parameter's
+    rows = []
+    for place, one in enumerate(plan):
+        if one.config not in known:
+            changed = dataclasses.replace(subject, config=one.config)
+            known[one.config] = _measured(evaluate.evaluate(changed, options), options)
+        rows.append({"parameter": one.parameter, "value": one.value, "own": one.own, **known[one.config]})
+        tell("settings", (place + 1) / len(plan))
+    return {
+        "policy": args.policy,
+        "rows": rows,
+        "options": {name: value for name, value in dataclasses.asdict(args).items() if name != "out"},
+        "config": to_dict(subject.config),
+        **runtime.hardware(),
+    }
+
+
+def _measured(found: dict[str, Any], options: EvaluateArgs) -> dict[str, Any]:
+    walking, shares = found["walking"], np.asarray(found["pushes"]["survival"])
+    survivors = round(float(shares.sum()) * options.replicas)
+    return {
+        "walking": walking,
+        "never_fell": pooled(round(walking["survival"] * options.walkers), options.walkers),
+        "pushes_survived": pooled(survivors, shares.size * options.replicas),
+        "threshold": found["threshold"],
+    }
+
+
+def main(args: SensitivityArgs) -> None:
+    """The command."""
+    subject = subjects.load(args.policy)
+    tried(subject, args)  # before minutes of work
+    files.make_folder("--out", args.out)
+    console = Console()
+    with evaluate.bars(console) as tell:
+        result = sensitivity(subject, args, tell)
+    files.write_json(args.out / "sensitivity.json", result)
+    title = f"{args.policy}, {args.engine}: what its results owe to the physics' settings"
+    picture.draw(result, title, args.out / "sensitivity.png")
+    _print(console, args.policy, result["rows"])
+    console.print(f"sensitivity.json and sensitivity.png in {args.out}", highlight=False)
+
+
+def _print(console: Console, name: str, rows: list[dict[str, Any]]) -> None:
+    columns = ("setting (* own)", "up", "m/s", "step, m", "pushed, up", "+ / - N s")
+    table = Table(*columns, title=name, box=box.SIMPLE)
+    for row in rows:
+        walking, pushes = row["walking"], row["pushes_survived"]
+        sizes = ["-" if size is None else f"{size:g}" for size in row["threshold"].values()]
+        table.add_row(
+            f"{row['parameter']} {row['value']:g}{'*' if row['own'] else ''}",
+            f"{row['never_fell']['share']:.3f}",
+            f"{walking['speed_mean']:.3f}",
+            f"{walking['step_length_mean']:.3f}",
+            f"{pushes['share']:.2f} ({pushes['low']:.2f}-{pushes['high']:.2f})",
+            " / ".join(sizes),
+        )
+    console.print(table)
