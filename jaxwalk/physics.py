@@ -6,13 +6,13 @@ the solver's warm start. Everything else is rebuilt from a constant template.
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Iterator
 from functools import lru_cache
+from typing import TypeVar
 
 import jax
 import jax.numpy as jnp
 import mujoco
+import numpy as np
 from flax import struct
 from jaxtyping import Array, Float
 from mujoco import mjx
@@ -21,6 +21,8 @@ from jaxwalk import body as body_lib
 from jaxwalk import mjcf
 from jaxwalk.config import BodyConfig, PhysicsConfig
 from jaxwalk.similarity import Similarity
+
+T = TypeVar("T")
 
 # (h exponent, m exponent) of every model leaf that a body changes. Checked against a
 # compiled model in the tests.
@@ -78,24 +80,26 @@ def compile_mujoco(body: BodyConfig, physics: PhysicsConfig) -> mujoco.MjModel:
     return mjcf.build(body_lib.build(body), physics).compile()
 
 
-@contextlib.contextmanager
-def _of_no_program() -> Iterator[None]:
-    """Arrays made within belong to no trace and no mesh, so every later program may use them."""
-    nowhere = jax.sharding.AbstractMesh((), ())
-    with jax.ensure_compile_time_eval(), jax.sharding.use_abstract_mesh(nowhere):
-        yield
+@lru_cache(maxsize=16)
+def _reference_on_host(body: BodyConfig, physics: PhysicsConfig) -> mjx.Model:
+    with jax.ensure_compile_time_eval():
+        return jax.tree.map(np.asarray, mjx.put_model(compile_mujoco(body, physics), impl="jax"))
 
 
 @lru_cache(maxsize=16)
+def _template_on_host(body: BodyConfig, physics: PhysicsConfig) -> mjx.Data:
+    with jax.ensure_compile_time_eval():
+        return jax.tree.map(np.asarray, mjx.make_data(_reference(body, physics), impl="jax"))
+
+
+def _constants(tree: T) -> T:
+    """``tree`` as this program's own arrays: one that is kept would belong to the mesh it was made under."""
+    with jax.ensure_compile_time_eval():
+        return jax.tree.map(jnp.asarray, tree)
+
+
 def _reference(body: BodyConfig, physics: PhysicsConfig) -> mjx.Model:
-    with _of_no_program():
-        return mjx.put_model(compile_mujoco(body, physics), impl="jax")
-
-
-@lru_cache(maxsize=16)
-def _template(body: BodyConfig, physics: PhysicsConfig) -> mjx.Data:
-    with _of_no_program():
-        return mjx.make_data(_reference(body, physics), impl="jax")
+    return _constants(_reference_on_host(body, physics))
 
 
 def model_of(config: BodyConfig, physics: PhysicsConfig, body: Similarity) -> mjx.Model:
@@ -176,7 +180,7 @@ def step(
       command: [6] hip rate (rad/s), knee angle (rad), ankle torque (N m); left, then right.
       push: [2] forward force at the torso's centre of mass (N) and pitching moment (N m).
     """
-    data = _template(config, physics)
+    data = _constants(_template_on_host(config, physics))
     model = _saturated(model, plant, command)
     wrench = jnp.zeros((model.nbody, 6)).at[1, 0].set(push[0]).at[1, 4].set(push[1])
     data = data.replace(

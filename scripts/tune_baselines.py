@@ -5,7 +5,7 @@
 Each rule gets the same number of evaluations on the physics, sensors, pushes and score by which policies
 are ranked in training, on starts and noise that neither training nor ``jaxwalk evaluate`` meets. The
 constant step comes first: what undisturbed walking with it is like is measured, not searched, and the
-other two start as that step, their gains at 0.
+other two start from that step, with small gains.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ RANGES: dict[str, dict[str, tuple[float, float]]] = {
 LOGARITHMIC = ("timing",)
 STARTS: dict[str, Rule] = {
     "constant": Constant(length=0.65, duration=0.08),
-    "raibert": Raibert(gain=0.0),
-    "capture-point": CapturePoint(length_gain=0.0, duration_gain=0.0, timing=1.0),
+    "raibert": Raibert(gain=0.1),
+    "capture-point": CapturePoint(length_gain=0.1, duration_gain=0.0, timing=1.0),
 }
 
 
