@@ -138,6 +138,36 @@ def _saturated(model: mjx.Model, plant: Plant, command: Float[Array, "6"]) -> mj
     )
 
 
+def advance(
+    config: BodyConfig,
+    physics: PhysicsConfig,
+    model: mjx.Model,
+    plant: Plant,
+    command: Float[Array, "6"],
+    push: Float[Array, "2"],
+) -> tuple[mjx.Model, mjx.Data]:
+    """One tick, with all that MJX knows of it.
+
+    Args:
+      command, push: as for `step`.
+
+    Returns:
+      The model that the tick was made with (`_saturated`), and the data after it: positions and
+      velocities are those of the tick's end, forces and sensors those of its start.
+    """
+    data = _template(config, physics)
+    model = _saturated(model, plant, command)
+    wrench = jnp.zeros((model.nbody, 6)).at[1, 0].set(push[0]).at[1, 4].set(push[1])
+    data = data.replace(
+        qpos=plant.qpos,
+        qvel=plant.qvel,
+        qacc_warmstart=plant.warmstart,
+        ctrl=command,
+        xfrc_applied=wrench,
+    )
+    return model, mjx.step(model, data)
+
+
 def step(
     config: BodyConfig,
     physics: PhysicsConfig,
@@ -152,17 +182,7 @@ def step(
       command: [6] hip rate (rad/s), knee angle (rad), ankle torque (N m); left, then right.
       push: [2] forward force at the torso's centre of mass (N) and pitching moment (N m).
     """
-    data = _template(config, physics)
-    model = _saturated(model, plant, command)
-    wrench = jnp.zeros((model.nbody, 6)).at[1, 0].set(push[0]).at[1, 4].set(push[1])
-    data = data.replace(
-        qpos=plant.qpos,
-        qvel=plant.qvel,
-        qacc_warmstart=plant.warmstart,
-        ctrl=command,
-        xfrc_applied=wrench,
-    )
-    data = mjx.step(model, data)
+    _, data = advance(config, physics, model, plant, command, push)
     # Sensors are those of the tick's start; joints are read after it, like encoders are.
     sensed = data.sensordata
     readings = Readings(

@@ -17,6 +17,7 @@ _COMMANDS = {
     "train": "train a policy into a run folder",
     "evaluate": "measure a policy's walking and the pushes that it survives",
     "push-map": "which pushes a policy survives, at every phase of the step",
+    "gait": "a gait report: joints, forces and powers over the stride, beside people's",
     "render": "draw a policy's walk as mp4, gif or png",
     "bench": "measure the speed of the simulation and of training",
 }
