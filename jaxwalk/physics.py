@@ -166,6 +166,36 @@ def readings_of(
     )
 
 
+def advance(
+    config: BodyConfig,
+    physics: PhysicsConfig,
+    model: mjx.Model,
+    plant: Plant,
+    command: Float[Array, "6"],
+    push: Float[Array, "2"],
+) -> tuple[mjx.Model, mjx.Data]:
+    """One tick, with all that MJX knows of it.
+
+    Args:
+      command, push: as for `step`.
+
+    Returns:
+      The model that the tick was made with (`_saturated`), and the data after it: positions and
+      velocities are those of the tick's end, forces and sensors those of its start.
+    """
+    data = _constants(_template_on_host(config, physics))
+    model = _saturated(model, plant, command)
+    wrench = jnp.zeros((model.nbody, 6)).at[1, 0].set(push[0]).at[1, 4].set(push[1])
+    data = data.replace(
+        qpos=plant.qpos,
+        qvel=plant.qvel,
+        qacc_warmstart=plant.warmstart,
+        ctrl=command,
+        xfrc_applied=wrench,
+    )
+    return model, mjx.step(model, data)
+
+
 def step(
     config: BodyConfig,
     physics: PhysicsConfig,
@@ -180,16 +210,6 @@ def step(
       command: [6] hip rate (rad/s), knee angle (rad), ankle torque (N m); left, then right.
       push: [2] forward force at the torso's centre of mass (N) and pitching moment (N m).
     """
-    data = _constants(_template_on_host(config, physics))
-    model = _saturated(model, plant, command)
-    wrench = jnp.zeros((model.nbody, 6)).at[1, 0].set(push[0]).at[1, 4].set(push[1])
-    data = data.replace(
-        qpos=plant.qpos,
-        qvel=plant.qvel,
-        qacc_warmstart=plant.warmstart,
-        ctrl=command,
-        xfrc_applied=wrench,
-    )
-    data = mjx.step(model, data)
+    _, data = advance(config, physics, model, plant, command, push)
     readings = readings_of(data.sensordata, data.qpos, data.qvel)
     return Plant(data.qpos, data.qvel, data.qacc_warmstart), readings

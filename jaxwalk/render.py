@@ -9,19 +9,20 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import imageio.v2 as imageio
 import jax
 import jax.numpy as jnp
 import mujoco
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array
+from mujoco import mjx
 from PIL import Image, ImageDraw, ImageFont
 from rich.console import Console
 from rich.progress import track
 
-from jaxwalk import pushes, stage, stepper, subjects, walker
+from jaxwalk import pushes, rollout, stage, stepper, subjects
 from jaxwalk.errors import UserError
 from jaxwalk.stage import Arrow, Stage
 from jaxwalk.stepper import Stepper, Task
@@ -37,8 +38,6 @@ CAMERA_SECONDS = 1.2  # over which the camera's way is smoothed: the hip's pace 
 UPRIGHT, LYING = 0.62, 0.95  # width of a pose in the strip, in units of its height
 
 INK, FAINT, RED = (40, 44, 52), (120, 127, 138), (196, 24, 40)
-
-Act = Callable[[Any, Float[Array, "O"]], Float[Array, "2"]]
 
 
 @dataclass(frozen=True)
@@ -62,21 +61,10 @@ class Walk:
         return (len(self.qpos) - 1) * self.timestep
 
 
-def _segment(task: Task, act: Act, params: Any, state: Stepper) -> tuple[Stepper, tuple[Array, Array, Array]]:
-    """`SEGMENT` windows further; with qpos [N, 9], qvel [N, 9] and whether it lies [N], after each tick."""
-    model = walker.model(task.setup, state.walker.person)
-
-    def tick(state: Stepper, _: None) -> tuple[Stepper, tuple[Array, Array, Array]]:
-        state = stepper.tick(task, model, state)
-        plant = state.walker.plant
-        return state, (plant.qpos, plant.qvel, state.terminated)
-
-    def window(state: Stepper, _: None) -> tuple[Stepper, tuple[Array, Array, Array]]:
-        state = stepper.decide(state, act(params, state.observation))
-        return jax.lax.scan(tick, state, length=task.setup.window_ticks)
-
-    state, rows = jax.lax.scan(window, state, length=SEGMENT)
-    return state, jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), rows)
+def _pose(_model: mjx.Model, _before: Stepper, after: Stepper) -> tuple[Array, Array, Array]:
+    """qpos [9], qvel [9] and whether it lies."""
+    plant = after.walker.plant
+    return plant.qpos, plant.qvel, after.terminated
 
 
 def roll_out(subject: Subject, args: RenderArgs, model: mujoco.MjModel) -> Walk:
@@ -97,7 +85,7 @@ def roll_out(subject: Subject, args: RenderArgs, model: mujoco.MjModel) -> Walk:
         push = pushes.of_impulse(jnp.float32(args.push), begin, args.push_duration, dt, height)
     state = state.replace(walker=state.walker.replace(push=push))
 
-    segment = jax.jit(partial(_segment, task, subject.act))
+    segment = jax.jit(partial(rollout.segment, task, subject.act, SEGMENT, _pose))
     qpos, fell = [np.asarray(state.walker.plant.qpos)[None]], None
     for walked in range(0, ticks, SEGMENT * task.setup.window_ticks):
         state, rows = segment(subject.params, state)

@@ -16,12 +16,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from flax import struct
-from jax.sharding import Mesh, PartitionSpec
+from jax.sharding import Mesh
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from jaxwalk import devices, pushes, stepper, walker
 from jaxwalk.config import GaitConfig
-from jaxwalk.devices import AXIS
 from jaxwalk.stepper import Stepper, Task
 
 BINS, BIN_SECONDS = 64, 0.0125  # of the time since touch-down, for the speed's profile
@@ -257,15 +256,13 @@ class Runner:
         self.task = task = dataclasses.replace(task, episode_ticks=pushes.NEVER)
         self.batch = -(-batch // mesh.size) * mesh.size
         self._windows = max(1, round(1.0 / (task.setup.timestep * task.setup.window_ticks)))
-        rows, same = PartitionSpec(AXIS), PartitionSpec()
-
-        def sharded(function, *specs):
-            mapped = jax.shard_map(function, mesh=mesh, in_specs=specs, out_specs=rows, check_vma=False)
-            return jax.jit(mapped, donate_argnums=len(specs) - 1)
-
-        self._begin = sharded(lambda n, s: jax.vmap(partial(begin, task, n))(s), same, rows)
+        self._begin = devices.spread(
+            lambda n, s: jax.vmap(partial(begin, task, n))(s), mesh, (False, True)
+        )
         each = partial(advance, task, act, self._windows)
-        self._advance = sharded(lambda p, f, t: jax.vmap(lambda one: each(p, f, one))(t), same, same, rows)
+        self._advance = devices.spread(
+            lambda p, f, t: jax.vmap(lambda one: each(p, f, one))(t), mesh, (False, False, True)
+        )
 
     def run(
         self,

@@ -1,0 +1,4 @@
+"""A gait laboratory: what a walker's joints and soles do over a stride, beside what people do.
+
+forces -> record -> strides -> measures -> human, picture -> command
+"""

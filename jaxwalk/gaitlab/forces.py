@@ -1,0 +1,75 @@
+"""What joints and soles do within one tick, as a force plate and inverse dynamics would tell it."""
+
+from __future__ import annotations
+
+import jax.numpy as jnp
+from flax import struct
+from jaxtyping import Array, Float
+from mujoco import mjx
+
+from jaxwalk import kinematics, physics
+from jaxwalk.kinematics import Skeleton
+from jaxwalk.physics import Plant
+from jaxwalk.walker import Setup
+
+
+@struct.dataclass
+class Forces:
+    """Means over one tick, so that force times rate times time step is work, exactly.
+
+    Attributes:
+      torque: [2, 3] of the actuators at hip, knee, ankle of each leg, N m; flexion and
+        dorsiflexion positive, as for the angles.
+      damping: [2] passive torque of each ankle, N m.
+      rates: [2, 3] of the joints, rad/s.
+      ground: [2, 2] of the ground on each foot: forward, upward, N.
+      contact_power: of the ground on the body, W: what landing, sliding and sinking take (negative).
+    """
+
+    torque: Float[Array, "2 3"]
+    damping: Float[Array, "2"]
+    rates: Float[Array, "2 3"]
+    ground: Float[Array, "2 2"]
+    contact_power: Float[Array, ""]
+
+
+def of_tick(
+    setup: Setup, model: mjx.Model, body: Skeleton, plant: Plant, command: Float[Array, "6"]
+) -> Forces:
+    """The forces of the unpushed tick that ``command`` makes of ``plant``.
+
+    The integrator is implicit in the joint rates: servos and dampers act with the rates of the
+    tick's end, and so they are counted here.
+
+    Args:
+      command: as for `physics.step`.
+    """
+    made_with, data = physics.advance(
+        setup.body, setup.physics, model, plant, command, jnp.zeros(2, jnp.float32)
+    )
+    gained = data.qvel - plant.qvel
+    torque = data.actuator_force + made_with.actuator_biasprm[:, 2] * gained[3:]
+    passive = -made_with.dof_damping * data.qvel
+    mean = 0.5 * (plant.qvel + data.qvel)
+    return Forces(
+        torque=torque.reshape(2, 3),
+        damping=passive[3:].reshape(2, 3)[:, 2],
+        rates=mean[3:].reshape(2, 3),
+        ground=_ground(body, plant, data),
+        contact_power=jnp.dot(data.qfrc_constraint, mean),
+    )
+
+
+def _ground(body: Skeleton, plant: Plant, data: mjx.Data) -> Float[Array, "2 2"]:
+    """Upward: the sole's touch sensor. Forward: from the contacts' moments about knee and ankle.
+
+    Their difference is that of the force about the knee when it acts at the ankle: with r from knee
+    to ankle, r_z F_x - r_x F_z. A straight leg is no obstacle, the shank being upright enough.
+    """
+    upward = data.sensordata[9:11]
+    _, knee, ankle = data.qfrc_constraint[3:].reshape(2, 3).T
+    shank = kinematics.shank_angles(plant.qpos[3:].reshape(2, 3), plant.qpos[2])
+    forth, down = body.shank * jnp.sin(shank), -body.shank * jnp.cos(shank)
+    # The ankle's axis points the other way: its moment is counted as dorsiflexion.
+    forward = (knee + ankle + forth * upward) / down
+    return jnp.stack([forward, upward], axis=1)

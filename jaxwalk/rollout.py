@@ -1,0 +1,41 @@
+"""Walking while something is written down of every tick."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import jax
+from jaxtyping import Array, Float
+from mujoco import mjx
+
+from jaxwalk import stepper, walker
+from jaxwalk.stepper import Stepper, Task
+
+Act = Callable[[Any, Float[Array, "O"]], Float[Array, "2"]]
+Look = Callable[[mjx.Model, Stepper, Stepper], Any]
+
+
+def segment(
+    task: Task, act: Act, windows: int, look: Look, params: Any, state: Stepper
+) -> tuple[Stepper, Any]:
+    """One walker, ``windows`` decision windows further; the policy is asked at each one's start.
+
+    Args:
+      look: (model, before a tick, after it) -> pytree of arrays, what is written down.
+
+    Returns:
+      The walker, and what was written down, each array with a leading axis of ticks.
+    """
+    model = walker.model(task.setup, state.walker.person)
+
+    def tick(state: Stepper, _: None) -> tuple[Stepper, Any]:
+        after = stepper.tick(task, model, state)
+        return after, look(model, state, after)
+
+    def window(state: Stepper, _: None) -> tuple[Stepper, Any]:
+        state = stepper.decide(state, act(params, state.observation))
+        return jax.lax.scan(tick, state, length=task.setup.window_ticks)
+
+    state, rows = jax.lax.scan(window, state, length=windows)
+    return state, jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), rows)
