@@ -65,7 +65,7 @@ def training_png(metrics_rows: Sequence[Mapping[str, Any]], path: Path) -> None:
       metrics_rows: as read from ``metrics.jsonl``; a metric may be missing or null in any row.
       path: PNG file, replaced if there.
     """
-    figure = new_figure(12, 6.4)
+    figure = new_figure(12.0, 6.4)
     panels = figure.subplots(2, 3, sharex=True)
     for axes, (title, unit, curves) in zip(panels.flat, _PANELS, strict=True):
         axes.set_title(title, loc="left", fontsize=11, fontweight="bold")
