@@ -13,6 +13,7 @@ from jaxwalk import files
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import POLICIES, Impulses, OptionalFloat, parse
 from jaxwalk.compare import entry
+from jaxwalk.config import Engine
 from jaxwalk.errors import UserError
 
 IMPULSES = tuple(float(i) for i in (*range(-60, -10, 10), *range(20, 90, 10)))
@@ -54,6 +55,8 @@ class CompareArgs:
     """Mass of all walkers, kg. Default: that of the policies' configuration."""
     noise: float = 1.0
     """Scale of the sensors' noise and bias: 1 realistic, 0 none."""
+    engine: Engine = "mjx"
+    """What moves the walkers: MJX, or C MuJoCo solved to convergence."""
     seed: int = 0
     """Seed of everything that is drawn at random."""
 
