@@ -125,7 +125,7 @@ def of_cycle(
         "cost_of_transport": np.maximum(actuators, 0).sum() * per_weight,
         "cost_of_transport_net": actuators.sum() * per_weight,
         "damping_loss": -damping.sum() * per_weight,
-        "contact_loss": -np.sum(told.contact_power[whole], dtype=np.float64) * per_weight,
+        "contact_loss": -np.asarray(told.contact_power[whole], np.float64).sum() * per_weight,
     }
 
 
@@ -145,7 +145,7 @@ class Measured:
     @classmethod
     def of(cls, rows: Sequence[tuple[int, int, Mapping[str, float]]]) -> Measured:
         """From (walker, side, `of_cycle`'s figures) of each cycle."""
-        values = {name: np.array([row[2][name] for row in rows]) for name in UNITS}
+        values = {name: np.array([row[2][name] for row in rows], np.float64) for name in UNITS}
         return cls(np.array([row[0] for row in rows]), np.array([row[1] for row in rows]), values)
 
 
