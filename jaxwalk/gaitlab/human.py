@@ -43,8 +43,14 @@ class Human:
     sign: int = 1
 
 
-def _perry(mean: float, low: float | None = None, high: float | None = None, **place: object) -> Human:
-    return Human(mean, low, high, "Perry 2010", **place)
+def _perry(
+    mean: float,
+    low: float | None = None,
+    high: float | None = None,
+    curve: str | None = None,
+    percent: float | None = None,
+) -> Human:
+    return Human(mean, low, high, "Perry 2010", curve, percent)
 
 
 def _schwartz(mean: float, sd: float, curve: str, percent: float, sign: int = 1) -> Human:
@@ -53,30 +59,30 @@ def _schwartz(mean: float, sd: float, curve: str, percent: float, sign: int = 1)
 
 HUMAN = {
     "speed": _perry(1.37, 1.28, 1.43),
-    "cadence": _perry(113, 111, 117),
+    "cadence": _perry(113.0, 111.0, 117.0),
     "stride_length": _perry(1.41, 1.28, 1.46),
     "stance_share": _perry(0.60),
     "double_support_share": _perry(0.20),
-    "hip_flexion_peak": _schwartz(24.4, 5.5, "hip_angle", 90),
-    "hip_extension_peak": _schwartz(-17.6, 6.8, "hip_angle", 52),
-    "knee_flexion_loading": _schwartz(19.3, 6.3, "knee_angle", 12),
-    "knee_flexion_swing": _schwartz(59.1, 5.9, "knee_angle", 72),
-    "ankle_dorsiflexion_stance": _schwartz(11.8, 4.9, "ankle_angle", 46),
-    "ankle_plantarflexion_peak": _schwartz(-19.8, 8.8, "ankle_angle", 64),
-    "vertical_loading_peak": _perry(1.1, curve="vertical_force", percent=12),
-    "vertical_trough": _perry(0.8, curve="vertical_force", percent=31),
-    "vertical_push_peak": _perry(1.1, curve="vertical_force", percent=50),
-    "hip_extensor_moment": _schwartz(0.73, 0.36, "hip_moment", 2),
-    "hip_flexor_moment": _schwartz(0.62, 0.22, "hip_moment", 50, -1),
-    "knee_extensor_moment": _schwartz(0.37, 0.23, "knee_moment", 12),
-    "knee_flexor_moment": _schwartz(0.29, 0.17, "knee_moment", 2, -1),
-    "ankle_plantarflexor_moment": _schwartz(1.23, 0.24, "ankle_moment", 48),
-    "hip_power_generated": _schwartz(0.83, 0.41, "hip_power", 62),
-    "hip_power_absorbed": _schwartz(0.41, 0.26, "hip_power", 44, -1),
-    "knee_power_generated": _schwartz(0.69, 0.50, "knee_power", 2),
-    "knee_power_absorbed": _schwartz(0.98, 0.40, "knee_power", 92, -1),
-    "ankle_power_generated": _schwartz(2.80, 1.01, "ankle_power", 54),
-    "ankle_power_absorbed": _schwartz(0.37, 0.48, "ankle_power", 40, -1),
+    "hip_flexion_peak": _schwartz(24.4, 5.5, "hip_angle", 90.0),
+    "hip_extension_peak": _schwartz(-17.6, 6.8, "hip_angle", 52.0),
+    "knee_flexion_loading": _schwartz(19.3, 6.3, "knee_angle", 12.0),
+    "knee_flexion_swing": _schwartz(59.1, 5.9, "knee_angle", 72.0),
+    "ankle_dorsiflexion_stance": _schwartz(11.8, 4.9, "ankle_angle", 46.0),
+    "ankle_plantarflexion_peak": _schwartz(-19.8, 8.8, "ankle_angle", 64.0),
+    "vertical_loading_peak": _perry(1.1, curve="vertical_force", percent=12.0),
+    "vertical_trough": _perry(0.8, curve="vertical_force", percent=31.0),
+    "vertical_push_peak": _perry(1.1, curve="vertical_force", percent=50.0),
+    "hip_extensor_moment": _schwartz(0.73, 0.36, "hip_moment", 2.0),
+    "hip_flexor_moment": _schwartz(0.62, 0.22, "hip_moment", 50.0, -1),
+    "knee_extensor_moment": _schwartz(0.37, 0.23, "knee_moment", 12.0),
+    "knee_flexor_moment": _schwartz(0.29, 0.17, "knee_moment", 2.0, -1),
+    "ankle_plantarflexor_moment": _schwartz(1.23, 0.24, "ankle_moment", 48.0),
+    "hip_power_generated": _schwartz(0.83, 0.41, "hip_power", 62.0),
+    "hip_power_absorbed": _schwartz(0.41, 0.26, "hip_power", 44.0, -1),
+    "knee_power_generated": _schwartz(0.69, 0.50, "knee_power", 2.0),
+    "knee_power_absorbed": _schwartz(0.98, 0.40, "knee_power", 92.0, -1),
+    "ankle_power_generated": _schwartz(2.80, 1.01, "ankle_power", 54.0),
+    "ankle_power_absorbed": _schwartz(0.37, 0.48, "ankle_power", 40.0, -1),
     "cost_of_transport": Human(0.05, None, None, "Collins 2005"),
 }
 """By the names of `measures.UNITS`."""

@@ -83,12 +83,13 @@ def of_cycle(
     one = {name: values[whole, side] for name, values in signals.items()}
     knee, vertical = one["knee_angle"], one["vertical_force"]
     seconds = cycle.ticks * timestep
-    ankle = ticks.ankle_x
+    ankle = np.asarray(ticks.ankle_x, np.float64)
     length = float(ankle[cycle.stop, side] - ankle[cycle.start, side])
     weight = mass * GRAVITY
     told = ticks.forces
-    actuators = np.asarray(told.torque[whole], np.float64) * told.rates[whole]
-    damping = np.asarray(told.damping[whole], np.float64) * told.rates[whole, :, 2]
+    rates = np.asarray(told.rates[whole], np.float64)
+    actuators = np.asarray(told.torque[whole]) * rates
+    damping = np.asarray(told.damping[whole]) * rates[..., 2]
     per_weight = timestep / (weight * length)
     return {
         "speed": length / seconds,
@@ -113,7 +114,7 @@ def of_cycle(
         "vertical_push_peak": vertical[off // 2 : off].max(),
         "braking_peak": one["fore_aft_force"].min(),
         "propulsion_peak": one["fore_aft_force"].max(),
-        "impact_peak": told.ground[whole, side, 1].max() / weight,
+        "impact_peak": float(told.ground[whole, side, 1].max()) / weight,
         "hip_extensor_moment": one["hip_moment"].max(),
         "hip_flexor_moment": -one["hip_moment"].min(),
         "knee_extensor_moment": one["knee_moment"].max(),
@@ -124,7 +125,7 @@ def of_cycle(
         "cost_of_transport": np.maximum(actuators, 0).sum() * per_weight,
         "cost_of_transport_net": actuators.sum() * per_weight,
         "damping_loss": -damping.sum() * per_weight,
-        "contact_loss": -np.sum(told.contact_power[whole], dtype=np.float64) * per_weight,
+        "contact_loss": -np.asarray(told.contact_power[whole], np.float64).sum() * per_weight,
     }
 
 
@@ -144,7 +145,7 @@ class Measured:
     @classmethod
     def of(cls, rows: Sequence[tuple[int, int, Mapping[str, float]]]) -> Measured:
         """From (walker, side, `of_cycle`'s figures) of each cycle."""
-        values = {name: np.array([row[2][name] for row in rows]) for name in UNITS}
+        values = {name: np.array([row[2][name] for row in rows], np.float64) for name in UNITS}
         return cls(np.array([row[0] for row in rows]), np.array([row[1] for row in rows]), values)
 
 

@@ -87,7 +87,7 @@ def _strides(
     ticks: Ticks, timestep: float, mass: float, threshold: float
 ) -> tuple[list[tuple[int, dict[str, float]]], list[np.ndarray], int]:
     """(side, figures) and [POINTS, Q] curves of each cycle, and how many odd ones were left out."""
-    contact = ticks.forces.ground[..., 1] > threshold
+    contact = np.asarray(ticks.forces.ground)[..., 1] > threshold
     shortest = round(strides.BOUNCE_SECONDS / timestep)
     contact = np.stack([strides.settled(contact[:, side], shortest) for side in (0, 1)], axis=1)
     cycles, odd = strides.cycles(contact)

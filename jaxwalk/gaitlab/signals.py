@@ -47,11 +47,11 @@ def of_walker(ticks: Ticks, timestep: float, mass: float) -> dict[str, Float[np.
     torque = np.array(told.torque, np.float64)
     torque[..., 2] += told.damping
     moment = low_pass(-torque / mass, timestep)
-    power = low_pass(torque * told.rates / mass, timestep)
+    power = low_pass(torque * np.asarray(told.rates, np.float64) / mass, timestep)
     ground = low_pass(np.asarray(told.ground, np.float64) / (mass * GRAVITY), timestep)
-    angles = np.degrees(ticks.joints)
+    angles = np.degrees(np.asarray(ticks.joints))
     found = {f"{joint}_angle": angles[..., i] for i, joint in enumerate(JOINTS)}
-    found["torso_pitch"] = np.repeat(np.degrees(ticks.pitch)[:, None], 2, axis=1)
+    found["torso_pitch"] = np.repeat(np.degrees(np.asarray(ticks.pitch))[:, None], 2, axis=1)
     found["vertical_force"], found["fore_aft_force"] = ground[..., 1], ground[..., 0]
     found |= {f"{joint}_moment": moment[..., i] for i, joint in enumerate(JOINTS)}
     return found | {f"{joint}_power": power[..., i] for i, joint in enumerate(JOINTS)}

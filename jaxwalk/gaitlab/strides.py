@@ -66,7 +66,7 @@ def cycles(contact: Bool[np.ndarray, "T 2"]) -> tuple[list[Cycle], int]:
     """
     landings = [np.flatnonzero(contact[1:, side] & ~contact[:-1, side]) + 1 for side in (0, 1)]
     found, odd = [], 0
-    both = contact.all(axis=1)
+    both = contact[:, 0] & contact[:, 1]
     for side in (0, 1):
         others = landings[1 - side]
         for start, stop in pairwise(landings[side]):
@@ -74,7 +74,7 @@ def cycles(contact: Bool[np.ndarray, "T 2"]) -> tuple[list[Cycle], int]:
             if len(between) != 1:
                 odd += 1
                 continue
-            off = start + int(np.argmin(contact[start:stop, side]))
+            off = int(start + np.argmin(contact[start:stop, side]))
             share = float(both[start:stop].mean())
             found.append(Cycle(side, int(start), int(stop), off, int(between[0]), share))
     return found, odd

@@ -48,6 +48,7 @@ BAD = [
         ["render", "fixed", "--out", "walk.gif", "--push", "30", "--push-time", "99"],
         ["--push-time 99", "--seconds"],
     ),
+    (["gait", "fixed"], ["--out"]),
     (["bench", "--seconds", "0"], ["--seconds 0", "above 0"]),
 ]
 

@@ -1,0 +1,104 @@
+"""Forces against mechanics: what they do to the body in sum is what the body does.
+
+C MuJoCo, in doubles, tells momentum and energy at the start and the end of an open-loop flight of commands.
+"""
+
+import jax
+import jax.numpy as jnp
+import mujoco
+import numpy as np
+import pytest
+
+from jaxwalk import physics, walker
+from jaxwalk.config import GRAVITY, Config
+from jaxwalk.gaitlab import forces
+
+CONFIG = Config()
+SETUP = walker.Setup.of(CONFIG)
+DT = CONFIG.physics.timestep
+TICKS = 200
+# Hip rate, knee angle, ankle torque, left then right: the first row lets it stand on stiff legs; the
+# second saturates hips and knees; the third pushes off.
+COMMANDS = np.array(
+    [
+        [0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [8.0, 1.4, 5.0, -8.0, 1.0, -5.0],
+        [0.5, 0.1, -60.0, -0.5, 0.0, -20.0],
+    ],
+    np.float32,
+)
+ROWS = len(COMMANDS)
+
+
+@pytest.fixture(scope="module")
+def flown():
+    """(start, end) plants [ROWS] and the forces [ROWS, TICKS] between."""
+
+    def one(key, command):
+        who = walker.person(CONFIG.gait, jnp.float32(1.8), jnp.float32(75.0))
+        model, bones = walker.model(SETUP, who), walker.skeleton(SETUP, who)
+        start = walker.start(SETUP, who, key, jnp.float32(0.0)).plant
+
+        def tick(plant, _):
+            told = forces.of_tick(SETUP, model, bones, plant, command)
+            after, _ = physics.step(CONFIG.body, CONFIG.physics, model, plant, command, jnp.zeros(2))
+            return after, told
+
+        end, told = jax.lax.scan(tick, start, length=TICKS)
+        return start, end, told
+
+    keys = jax.random.split(jax.random.key(3), ROWS)
+    return jax.device_get(jax.jit(jax.vmap(one))(keys, jnp.asarray(COMMANDS)))
+
+
+def mechanics(plant, row):
+    """Forward and upward momentum (N s) and energy (J), by C MuJoCo."""
+    model = physics.compile_mujoco(CONFIG.body, CONFIG.physics)
+    model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:] = plant.qpos[row], plant.qvel[row]
+    mujoco.mj_forward(model, data)
+    mujoco.mj_subtreeVel(model, data)
+    momentum = data.subtree_linvel[0] * model.body_subtreemass[0]
+    return momentum[0], momentum[2], data.energy.sum()
+
+
+@pytest.mark.parametrize("row", range(ROWS))
+def test_the_ground_s_impulse_is_the_momentum_gained(flown, row):
+    start, end, told = flown
+    before, after = mechanics(start, row), mechanics(end, row)
+    weight = 75 * GRAVITY
+    ground = told.ground[row].astype(np.float64).sum((0, 1)) * DT
+    # The share of what the ground gives altogether that a time step of 2 ms loses to the pose's change.
+    size = weight * TICKS * DT
+    assert ground[0] == pytest.approx(after[0] - before[0], abs=0.01 * size)
+    assert ground[1] - size == pytest.approx(after[1] - before[1], abs=0.01 * size)
+
+
+@pytest.mark.parametrize("row", range(ROWS))
+def test_work_is_the_energy_gained(flown, row):
+    start, end, told = flown
+    before, after = mechanics(start, row), mechanics(end, row)
+    rates = told.rates[row].astype(np.float64)
+    actuators, damping = told.torque[row] * rates, told.damping[row] * rates[..., 2]
+    parts = np.array([actuators.sum(), damping.sum(), told.contact_power[row].sum()]) * DT
+    gross = DT * (np.abs(actuators).sum() + np.abs(damping).sum() + np.abs(told.contact_power[row]).sum())
+    assert parts.sum() == pytest.approx(after[2] - before[2], abs=0.03 * gross)
+
+
+def test_torques_stay_within_the_actuators_limits_and_damping_brakes(flown):
+    _, _, told = flown
+    limits = [CONFIG.physics.hip_limit, CONFIG.physics.knee_limit, CONFIG.physics.ankle_limit]
+    # A servo just below its limit at a tick's start may end that tick a little above it.
+    assert (np.abs(told.torque) <= np.array(limits) * 1.25).all()
+    assert np.isclose(np.abs(told.torque[1, :, :, 0]), limits[0]).any()  # the second row saturates
+    assert (told.damping * told.rates[..., 2]).sum() < 0
+
+
+def test_a_foot_in_the_air_feels_no_ground(flown):
+    _, _, told = flown
+    up = told.ground[..., 1] == 0
+    assert up.any()
+    # Float32 moments of hundreds of N m at the other leg must not leak into this one.
+    assert np.abs(told.ground[..., 0][up]).max() < 0.1
+    assert (told.ground[..., 1] >= 0).all()
