@@ -29,7 +29,7 @@ T = TypeVar("T")
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Constant:
-    """The best step that is never adapted."""
+    """A step that is never adapted: the best mean survival that a short search found."""
 
     length: Number = 0.707
     """Commanded step length, m."""
@@ -55,7 +55,7 @@ class Raibert:
     duration: Number = 0.079
     """Commanded early swing, s."""
     gain: Number = 0.0
-    """Length for each m/s too fast, s; the search found none that helps."""
+    """Length for each m/s too fast, s; a short search that began at 0 kept it."""
     landing_speed: Number = 1.256
     """Speed at an undisturbed touch-down, the step's fastest moment, for each m/s desired."""
 

@@ -139,11 +139,11 @@ def swing_force(gait: GaitState, estimate: Estimate) -> Float[Array, ""]:
 def touched_down(config: GaitConfig, body: Skeleton, gait: GaitState, estimate: Estimate) -> Bool[Array, ""]:
     """Whether the swing foot has landed ahead: late enough, far enough, with force enough.
 
-    A walker that moves backward keeps its stance: the foot ahead could not carry it.
+    One that can step back and moves backward keeps its stance: the foot ahead could not carry it.
     """
     return (
         (swing_progress(gait) > config.touchdown_share)
         & (step_length(body, gait, estimate) > config.touchdown_ahead)
         & (swing_force(gait, estimate) > config.touchdown_force)
-        & (estimate.speed > 0)
+        & ((estimate.speed > 0) | (not config.back_step))
     )

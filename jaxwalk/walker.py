@@ -193,8 +193,8 @@ def _toe_off(
     knee = estimate.joints[trailing, 1]
     numbers = who.gait
     torque = controllers.toe_off_torque(numbers, inertias(setup, who), bones.leg, estimate.speed, angle, knee)
-    # A foot ahead of the hip, after a step back, would push the walker further back.
-    torque = jnp.where(angle < 0, torque, 0.0)
+    if numbers.back_step:  # after one, the leg that would push is ahead, and would push further back
+        torque = jnp.where(angle < 0, torque, 0.0)
     return controllers.push_off(numbers, setup.physics.ankle_limit * who.ratio.torque, torque)
 
 

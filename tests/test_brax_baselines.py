@@ -89,7 +89,7 @@ def test_nothing_stays_changed_even_after_an_error():
         (["ppo", "--seed", "-1"], "--seed -1"),
         (["ppo", "--walkers", "100"], "--walkers 100: --batch-size times --minibatches, 128"),
         (["ppo", "--updates-per-footstep", "1"], "--updates-per-footstep"),
-        (["sac", "--footsteps", "300"], "--warmup 4000: give less than --footsteps, 300"),
+        (["sac", "--footsteps", "300"], "gather 4096 footsteps for it, which must be less"),
         (["sac", "--updates-per-footstep", "0.001"], "0.0078125 or more"),
         (["sac", "--learning-rate", "nan"], "--learning-rate nan"),
     ],

@@ -41,11 +41,11 @@ class AgreementArgs:
         UserError: an option out of its range.
         """
         checks.policy(self.policy)
-        checks.positive("--seconds", self.seconds, "seconds")
+        checks.walk_seconds(self.seconds)
         for option in ("walkers", "phases", "replicas"):
             checks.whole(f"--{option}", getattr(self, option))
         checks.person(self.height, self.mass)
-        checks.whole("--seed", self.seed, least=0)
+        checks.seed(self.seed)
         files.check_folder("--out", self.out)
 
 

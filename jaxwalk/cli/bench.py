@@ -29,7 +29,7 @@ class BenchArgs:
         """
         checks.whole("--walkers", self.walkers)
         checks.positive("--seconds", self.seconds, "seconds")
-        checks.whole("--seed", self.seed, least=0)
+        checks.seed(self.seed)
         if self.json is not None:
             files.check_output("--json", self.json)
 

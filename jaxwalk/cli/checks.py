@@ -25,6 +25,17 @@ def whole(option: str, value: int, least: int = 1) -> None:
         raise UserError(f"{option} {value}: give a whole number, {least} or more")
 
 
+def seed(value: int) -> None:
+    """What JAX's random keys are made of: 32 bits."""
+    if not 0 <= value < 2**32:
+        raise UserError(f"--seed {value}: give a whole number, 0 to {2**32 - 1}")
+
+
+def walk_seconds(value: float) -> None:
+    """How long walkers are watched; what is counted begins once they have settled."""
+    between("--seconds", value, 5.0, 3600.0, " s, the first 3 not being measured")
+
+
 def between(option: str, value: int | float, low: int | float, high: int | float, unit: str) -> None:
     """A finite number within [low, high]."""
     if not low <= value <= high:

@@ -68,7 +68,7 @@ class CompareArgs:
             for member in one.members:
                 checks.policy(member)
         checks.whole("--walkers", self.walkers)
-        checks.positive("--seconds", self.seconds, "seconds")
+        checks.walk_seconds(self.seconds)
         checks.between("--speed", self.speed, 0.1, 3.0, " m/s")
         checks.ascending("--impulses", self.impulses)
         if 0.0 in self.impulses:
@@ -79,7 +79,7 @@ class CompareArgs:
         checks.push_seconds("--push-duration", self.push_duration)
         checks.person(self.height, self.mass)
         checks.between("--noise", self.noise, 0.0, 100.0, "")
-        checks.whole("--seed", self.seed, least=0)
+        checks.seed(self.seed)
         files.check_folder("--out", self.out)
 
 

@@ -51,7 +51,7 @@ class EvaluateArgs:
         """
         checks.policy(self.policy)
         checks.whole("--walkers", self.walkers)
-        checks.positive("--seconds", self.seconds, "seconds")
+        checks.walk_seconds(self.seconds)
         checks.between("--speed", self.speed, 0.1, 3.0, " m/s")
         checks.whole("--phases", self.phases)
         checks.whole("--replicas", self.replicas)
@@ -59,7 +59,7 @@ class EvaluateArgs:
         checks.push_seconds("--push-duration", self.push_duration)
         checks.person(self.height, self.mass)
         checks.between("--noise", self.noise, 0.0, 100.0, "")
-        checks.whole("--seed", self.seed, least=0)
+        checks.seed(self.seed)
         if self.json is not None:
             files.check_output("--json", self.json)
 

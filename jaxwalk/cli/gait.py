@@ -44,7 +44,7 @@ class GaitArgs:
         checks.between("--speed", self.speed, 0.1, 3.0, " m/s")
         checks.person(self.height, self.mass)
         checks.between("--noise", self.noise, 0.0, 100.0, "")
-        checks.whole("--seed", self.seed, least=0)
+        checks.seed(self.seed)
         files.check_folder("--out", self.out)
 
 

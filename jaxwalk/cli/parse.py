@@ -116,8 +116,9 @@ def _list_of(what: str) -> tyro.constructors.PrimitiveConstructorSpec:
 
 
 POLICIES = (
-    "A run folder, a policy file, 'shipped', 'fixed' (the nominal step, never adapted), 'constant' (the best "
-    "step never adapted), or a rule: 'raibert' (length from speed), 'capture-point' (length and duration)."
+    "A run folder, a policy file, 'shipped', 'fixed' (the nominal step, never adapted), 'constant' (a step "
+    "searched for, never adapted), or a rule: 'raibert' (length from speed), 'capture-point' (length "
+    "and duration)."
 )
 Policy = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="POLICY", help=POLICIES)]
 OptionalFile = Annotated[Path | None, tyro.conf.arg(metavar="PATH")]

@@ -55,7 +55,7 @@ class PushMapArgs:
             checks.push_seconds("--durations", duration)
         for option in ("phases", "replicas", "chunk"):
             checks.whole(f"--{option}", getattr(self, option))
-        checks.whole("--seed", self.seed, least=0)
+        checks.seed(self.seed)
         files.check_folder("--out", self.out)
 
 

@@ -69,7 +69,7 @@ class RenderArgs:
         checks.between("--width", self.width, 64, 1920, " pixels")
         checks.between("--height-px", self.height_px, 64, 1080, " pixels")
         checks.between("--fps", self.fps, 1, 120, "")
-        checks.whole("--seed", self.seed, least=0)
+        checks.seed(self.seed)
 
 
 def run(argv: Sequence[str]) -> None:

@@ -55,13 +55,16 @@ class SensitivityArgs:
         for option in ("timesteps", "iterations", "contact_timeconsts", "frictions"):
             for value in getattr(self, option):
                 checks.positive(f"--{option.replace('_', '-')}", value, "numbers")
+        for value in self.timesteps:
+            checks.between("--timesteps", value, 1e-4, 0.02, " s")
         for value in self.iterations:
+            checks.between("--iterations", value, 1, 1000, "")
             if value != round(value):
                 raise UserError(f"--iterations {value:g}: give whole numbers")
-        checks.positive("--seconds", self.seconds, "seconds")
+        checks.walk_seconds(self.seconds)
         for option in ("walkers", "phases", "replicas"):
             checks.whole(f"--{option}", getattr(self, option))
-        checks.whole("--seed", self.seed, least=0)
+        checks.seed(self.seed)
         files.check_folder("--out", self.out)
 
 

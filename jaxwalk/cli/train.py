@@ -37,7 +37,7 @@ class TrainArgs:
         """Raises:
         UserError: an option out of its range, or a run folder that cannot be used.
         """
-        checks.whole("--seed", self.seed, least=0)
+        checks.seed(self.seed)
         config_io.check(self.config)
         if self.run_dir is not None:
             run_folder.check_free(self.run_dir)

@@ -110,7 +110,7 @@ class _Common:
     """Evaluations spread over training; the best one's policy is kept."""
 
     def _check(self) -> None:
-        checks.whole("--seed", self.seed, least=0)
+        checks.seed(self.seed)
         checks.whole("--footsteps", self.footsteps)
         checks.whole("--evaluations", self.evaluations)
         if self.run_dir is not None:
@@ -141,8 +141,13 @@ class SACArgs(_Common):
         """
         self._check()
         self.settings.check()
-        if self.settings.warmup >= self.footsteps:
-            raise UserError(f"--warmup {self.settings.warmup}: give less than --footsteps, {self.footsteps}")
+        walkers, warmup = self.settings.walkers, self.settings.warmup
+        filled = -(-warmup // walkers) * walkers  # Brax gathers whole rounds
+        if filled >= self.footsteps:
+            raise UserError(
+                f"--warmup {warmup}: {walkers} walkers gather {filled} footsteps for it, "
+                f"which must be less than --footsteps, {self.footsteps}"
+            )
 
 
 ALGORITHMS = {"ppo": PPOArgs, "sac": SACArgs}

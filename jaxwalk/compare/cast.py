@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from jaxwalk import config_io, run_folder, subjects
+from jaxwalk.cli import checks
 from jaxwalk.compare.entry import Entry
 from jaxwalk.config import Config
 from jaxwalk.errors import UserError
@@ -65,7 +66,7 @@ def controllers_differ(cast: Sequence[Sequence[Member]]) -> list[str]:
 
 def _member(name: str, changes: dict[str, float | None]) -> Member:
     subject = subjects.load(name, **changes)
-    told = run_folder.read_summary(Path(name)) if Path(name).is_dir() else {}
+    told = run_folder.read_summary(Path(name)) if name not in checks.BUILT_IN and Path(name).is_dir() else {}
     training = {what: told.get(what) for what in ("footsteps", "seconds")}
     for what, value in training.items():
         if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):

@@ -1,7 +1,8 @@
 """What healthy people do, level and at their own pace, with the sources.
 
-Only figures that could be looked up or that every handbook repeats; where a source gives no
-spread, there is none here.
+Those of Schwartz 2008 were computed from its published data. Those of Perry 2010 and Collins 2005 were
+written down from memory and have not been checked against the books: check them before citing.
+Where a source gives no spread, there is none here.
 """
 
 from __future__ import annotations

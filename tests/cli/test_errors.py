@@ -27,7 +27,7 @@ BAD = [
     (["train", "--observation", "speed", "speed"], ["--observation", "each once"]),
     (["train", "--preset", "best"], ["'best'", "--preset", "'paper'"]),
     (["train", "--body.mass", "-5"], ["mass -5", "between 5 and 500 kg"]),
-    (["train", "--seed", "-1"], ["--seed -1", "0 or more"]),
+    (["train", "--seed", "-1"], ["--seed -1", "0 to 4294967295"]),
     (["train", "surplus"], ["surplus"]),
     (["evaluate"], ["POLICY", "run folder", "'shipped'"]),
     (["evaluate", "missing/policy"], ["'missing/policy'", "run folder", "shipped"]),
@@ -50,6 +50,10 @@ BAD = [
     ),
     (["gait", "fixed"], ["--out"]),
     (["bench", "--seconds", "0"], ["--seconds 0", "above 0"]),
+    (["evaluate", "fixed", "--seconds", "3"], ["--seconds 3", "5 to 3600"]),
+    (["evaluate", "fixed", "--seed", "99999999999999999999"], ["--seed 9999", "0 to 4294967295"]),
+    (["sensitivity", "fixed", "--out", "x", "--iterations", "1e30"], ["--iterations 1e+30", "1 to 1000"]),
+    (["train-baseline", "sac", "--footsteps", "4050"], ["--warmup 4000", "--footsteps, 4050"]),
 ]
 
 
