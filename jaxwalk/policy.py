@@ -207,7 +207,8 @@ def _read(path: Path) -> tuple[str, dict[str, np.ndarray]]:
             header = (file.metadata() or {}).get(_HEADER_KEY)
             if header is None:
                 raise _Bad("a safetensors file, but not of a jaxwalk policy")
-            return header, {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+            names = file.keys()  # the file itself cannot be iterated
+            return header, {name: file.get_tensor(name) for name in names}
     except FileNotFoundError:
         raise _Bad("no such file") from None
     except OSError as error:

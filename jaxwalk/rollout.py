@@ -6,13 +6,12 @@ from collections.abc import Callable
 from typing import Any
 
 import jax
-from jaxtyping import Array, Float
 from mujoco import mjx
 
 from jaxwalk import stepper, walker
 from jaxwalk.stepper import Stepper, Task
+from jaxwalk.trials import Act
 
-Act = Callable[[Any, Float[Array, "O"]], Float[Array, "2"]]
 Look = Callable[[mjx.Model, Stepper, Stepper], Any]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import io
 import os
 import platform
@@ -107,7 +108,7 @@ def _import_mjx_quietly() -> None:
         return
     said = io.StringIO()
     with contextlib.redirect_stdout(said):
-        import mujoco.mjx  # noqa: F401
+        importlib.import_module("mujoco.mjx")
     for line in said.getvalue().splitlines():
         if not line.startswith(("Failed to import warp:", "Failed to import mujoco_warp:")):
             print(line)

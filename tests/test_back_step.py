@@ -99,6 +99,19 @@ def test_the_foot_goes_behind_the_capture_point_and_the_knee_straightens_in_time
     assert rate == pytest.approx(16 * (np.arcsin(place / 0.954) + 0.3), rel=1e-4)
 
 
+def test_a_leg_ahead_does_not_push_off():
+    """After a step back the leg that trails is ahead of the hip; the paper's equations know no such thing."""
+    config = Config()
+
+    def torque(hip, **changes):
+        who = walker.person(dataclasses.replace(config.gait, **changes), f(1.8), f(75))
+        seen = estimate(0.5, (-0.2, hip))
+        return walker._toe_off(walker.Setup.of(config), who, BONES, seen, jnp.int32(1))[0]
+
+    assert torque(0.3) == 0.0 < torque(-0.3)
+    assert torque(0.3, back_step=False) > 0
+
+
 def test_the_controllers_use_it_only_when_it_is_due():
     def swing_leg(speed):
         seen = estimate(speed, (0.3, 0.35))

@@ -110,6 +110,12 @@ def test_a_touchdown_is_late_enough_far_enough_and_firm_enough(change, landed, s
     assert bool(gait.touched_down(NUMBERS, SKELETON, clock(case["elapsed"], stance), seen)) == landed
 
 
+def test_without_the_step_back_a_foot_ahead_lands_whatever_the_speed():
+    seen = estimate(hips=LANDED["hips"], touch=LANDED["touch"], speed=-0.01)
+    paper = dataclasses.replace(NUMBERS, back_step=False)
+    assert gait.touched_down(paper, SKELETON, clock(LANDED["elapsed"]), seen)
+
+
 def test_numbers_scale_by_dynamic_similarity():
     """A body four times as long and 10 times as heavy: times 2, speeds 2, rates 1/2, torques 40."""
     numbers = GaitConfig()

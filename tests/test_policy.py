@@ -71,7 +71,8 @@ def _rewritten(path, tensors=None, header=None, raw=None):
     """The file with some tensors or metadata fields changed (None: taken out)."""
     with safetensors.safe_open(path, framework="numpy") as file:
         meta = json.loads(file.metadata()["jaxwalk_policy"]) | (header or {})
-        kept = {name: file.get_tensor(name) for name in file.keys()} | (tensors or {})  # noqa: SIM118
+        names = file.keys()  # the file itself cannot be iterated
+        kept = {name: file.get_tensor(name) for name in names} | (tensors or {})
     text = json.dumps({k: v for k, v in meta.items() if v is not ...}) if raw is None else raw
     kept = {name: x for name, x in kept.items() if x is not None}
     safetensors.numpy.save_file(kept, path, {"jaxwalk_policy": text})

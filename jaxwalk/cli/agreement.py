@@ -16,7 +16,6 @@ class AgreementArgs:
     """Whether MJX and C MuJoCo say the same of a policy: its walk, and survival push by push."""
 
     policy: Policy
-    """A run folder, a policy file, 'shipped', or 'fixed' (the step that is never adapted)."""
     out: Path
     """Folder for agreement.json and agreement.png, which are replaced if there."""
     walkers: int = 128

@@ -16,7 +16,6 @@ class GaitArgs:
     """A gait report: joints, ground reaction, moments and powers over the stride, beside people's."""
 
     policy: Policy
-    """A run folder, a policy file, 'shipped', or 'fixed' (the step that is never adapted)."""
     out: Path
     """Folder for gait.json, gait.csv and gait.png; another report there is left alone."""
     walkers: int = 32

@@ -21,7 +21,6 @@ class SensitivityArgs:
     """
 
     policy: Policy
-    """A run folder, a policy file, 'shipped', or 'fixed' (the step that is never adapted)."""
     out: Path
     """Folder for sensitivity.json and sensitivity.png, which are replaced if there."""
     timesteps: Numbers = (0.001, 0.0025)

@@ -65,9 +65,10 @@ def compare(args: CompareArgs, progress: Progress) -> dict[str, Any]:
         ]
         policies.append({"name": one.name, "spread": summary.spread(seeds), "members": details})
     reach = {
-        way: max((sign * x for x in impulses), default=0.0) for way, sign in zip(WAYS, (1, -1), strict=True)
+        way: max((sign * x for x in impulses if sign * x > 0), default=0.0)
+        for way, sign in zip(WAYS, (1, -1), strict=True)
     }
-    verdicts = [found for a, b in combinations(policies, 2) if (found := summary.verdict(a, b))]
+    verdicts = [found for a, b in combinations(policies, 2) if (found := summary.verdict(a, b, reach))]
     return {
         "impulses": impulses,
         "phases": every[0]["pushes"]["phases"],
@@ -75,7 +76,7 @@ def compare(args: CompareArgs, progress: Progress) -> dict[str, Any]:
         "recovery_over": shared,
         "policies": policies,
         "verdicts": [
-            {**dataclasses.asdict(found), "sentence": summary.sentence(found, reach)} for found in verdicts
+            {**dataclasses.asdict(found), "sentence": summary.sentence(found)} for found in verdicts
         ],
         "controllers_differ": cast.controllers_differ(loaded),
         "options": {**dataclasses.asdict(args), "out": None},
@@ -132,7 +133,7 @@ def _print(console: Console, result: dict[str, Any]) -> None:
     screen = Table("", *(policy["name"] for policy in policies), title=title)
     screen.add_row("seeds", *(str(len(policy["members"])) for policy in policies), end_section=True)
 
-    def row(title: str, figure: str, form: str, reach: float | None = None, last: bool = False) -> None:
+    def row(title: str, figure: str, form: str, reach: float = 0.0, last: bool = False) -> None:
         cells = (_told(policy["spread"][figure], form, reach) for policy in policies)
         screen.add_row(title, *cells, end_section=last)
 
@@ -151,10 +152,10 @@ def _print(console: Console, result: dict[str, Any]) -> None:
         console.print(verdict["sentence"], highlight=False)
 
 
-def _told(figure: Figures, form: str, reach: float | None = None) -> str:
-    """Mean (least to most); + where the grid's largest impulse was survived."""
+def _told(figure: Figures, form: str, reach: float = 0.0) -> str:
+    """Mean (least to most); + where a seed survived the largest impulse of the grid."""
     mean, least, most = figure["mean"], figure["min"], figure["max"]
     if mean is None or least is None or most is None:
         return "-"
-    more = "+" if reach and most >= reach else ""
+    more = "+" if summary.ends(figure, reach) else ""
     return f"{mean:{form}}{more}" + (f" ({least:{form}} to {most:{form}})" if least != most else "")

@@ -29,7 +29,7 @@ def parse(texts: Sequence[str]) -> list[Entry]:
       UserError: none at all, a name or a member twice, or an empty one.
     """
     if not texts:
-        raise UserError("nothing to compare: give POLICY or NAME=RUN,RUN,..., two or more of them")
+        raise UserError("nothing to compare: give POLICY or NAME=RUN,RUN,..., one or more of them")
     entries = [_entry(text) for text in texts]
     names = [entry.name for entry in entries]
     for name in names:
@@ -42,10 +42,10 @@ def _entry(text: str) -> Entry:
     name, equals, members = text.partition("=")
     if not equals or os.path.exists(text):  # a folder's name may hold an equals sign
         return Entry(text, (text,))
-    runs = tuple(run.strip() for run in members.split(","))
+    name, runs = name.strip(), tuple(run.strip() for run in members.split(","))
     if not name or not all(runs):
         raise UserError(f"{text!r} is no group of seeds: give NAME=RUN,RUN,... without gaps")
     for run in runs:
         if runs.count(run) > 1:
             raise UserError(f"{text!r} has {run!r} twice: give each run once")
-    return Entry(name.strip(), runs)
+    return Entry(name, runs)

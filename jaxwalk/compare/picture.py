@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
-from jaxwalk import files
-from jaxwalk.compare.summary import WAYS
+from jaxwalk import plots
+from jaxwalk.compare.summary import WAYS, ends
 from jaxwalk.statistics import SURVIVED
 
 # Okabe & Ito's colours, less yellow: told apart by colour-blind eyes; markers and dashes serve grey paper.
@@ -30,8 +27,7 @@ def draw(result: dict[str, Any], path: Path) -> None:
       path: PNG file, replaced if there.
     """
     policies = result["policies"]
-    figure = Figure(figsize=(12, 2.2 + max(2.6, 0.42 * len(policies))), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = plots.new_figure(12.0, 2.2 + max(2.6, 0.42 * len(policies)))
     left, right = figure.subplots(1, 2, width_ratios=(1, 1.25))
     _thresholds(left, result)
     _survival(right, result)
@@ -41,9 +37,7 @@ def draw(result: dict[str, Any], path: Path) -> None:
         axes.axvline(0, color="0.4", linewidth=0.8)
     figure.legend(*right.get_legend_handles_labels(), loc="outside lower center", ncols=min(5, len(policies)),
                   frameon=False, fontsize=9)  # fmt: skip
-    content = io.BytesIO()
-    figure.savefig(content, dpi=130, format="png")
-    files.write_bytes(path, content.getvalue())
+    plots.write_png(figure, path)
 
 
 def _style(i: int) -> dict[str, Any]:
@@ -62,7 +56,7 @@ def _thresholds(axes: Axes, result: dict[str, Any]) -> None:
             axes.barh(i, sign * over["mean"], height=0.62, color=colour, alpha=0.3)
             axes.plot([sign * over["min"], sign * over["max"]], [i, i], color=colour, linewidth=2.2)
             axes.scatter([sign * x for x in seeds], [i] * len(seeds), s=26, zorder=3, **_style(i))
-            more = "+" if over["max"] >= result["reach"][way] > 0 else ""
+            more = "+" if ends(over, result["reach"][way]) else ""
             axes.annotate(
                 f"{over['mean']:.3g}{more}", (sign * over["max"], i), xytext=(8 * sign, 0),
                 textcoords="offset points", va="center", ha="left" if sign > 0 else "right", fontsize=9,
@@ -70,12 +64,7 @@ def _thresholds(axes: Axes, result: dict[str, Any]) -> None:
     axes.set_yticks(range(len(policies)), [_short(policy["name"]) for policy in policies])
     axes.invert_yaxis()
     axes.margins(x=0.16)
-    axes.set_title(
-        f"Survived by {SURVIVED:.0%} at the worst phase of the step",
-        loc="left",
-        fontsize=10.5,
-        fontweight="bold",
-    )
+    axes.set_title(f"Survived by {SURVIVED:.0%} at the worst phase of the step", **_TITLE)
     axes.grid(axis="x", color="0.92")
     axes.set_axisbelow(True)
 
@@ -97,9 +86,7 @@ def _survival(axes: Axes, result: dict[str, Any]) -> None:
     axes.axhline(SURVIVED, color="0.5", linewidth=0.8, linestyle=":")
     axes.set_ylim(-0.03, 1.03)
     axes.set_ylabel("share that survives, all phases")
-    axes.set_title(
-        "Survival; bands from the worst to the best seed", loc="left", fontsize=10.5, fontweight="bold"
-    )
+    axes.set_title("Survival; bands from the worst to the best seed", **_TITLE)
     axes.grid(color="0.92")
 
 

@@ -72,8 +72,10 @@ class Verdict:
 
     Attributes:
       better, worse: names; where neither wins both ways, in the order given.
-      kind: ``beats``: higher in every direction tried. ``alike``: equal in all. ``mixed``: anything else.
+      kind: ``undecided``: in some direction all seeds of both stand the largest push of the grid.
+        ``beats``: higher in every direction tried. ``alike``: equal in all. ``mixed``: anything else.
       thresholds: of each direction tried: of the better and the worse one, means over seeds, N s.
+      censored: likewise, whether the grid ended before a seed fell: the threshold is that "or more".
       every_seed: ``beats``, and the worst seed of one is above the best of the other, in every direction.
     """
 
@@ -81,14 +83,21 @@ class Verdict:
     worse: str
     kind: str
     thresholds: dict[str, tuple[float, float]]
+    censored: dict[str, tuple[bool, bool]]
     every_seed: bool
 
 
-def verdict(a: Mapping[str, Any], b: Mapping[str, Any]) -> Verdict | None:
+def ends(figure: Figures, reach: float) -> bool:
+    """Whether a seed stands ``reach``, the largest push that was tried, N s: its threshold may be larger."""
+    return figure["max"] is not None and 0 < reach <= figure["max"]
+
+
+def verdict(a: Mapping[str, Any], b: Mapping[str, Any], reach: Mapping[str, float]) -> Verdict | None:
     """The rule: A beats B if its mean threshold at the worst phase is higher in every direction tried.
 
     Args:
       a, b: ``name`` and ``spread`` of each.
+      reach: largest impulse tried each way, N s.
 
     Returns:
       None where no push was tried.
@@ -102,35 +111,39 @@ def verdict(a: Mapping[str, Any], b: Mapping[str, Any]) -> Verdict | None:
         return None
     signs = {(one["mean"] > other["mean"]) - (one["mean"] < other["mean"]) for one, other in sides.values()}
     if signs == {-1}:
-        return verdict(b, a)
-    kind = "beats" if signs == {1} else "alike" if signs == {0} else "mixed"
+        return verdict(b, a, reach)
+    if any(0 < reach[way] <= min(one["min"], other["min"]) for way, (one, other) in sides.items()):
+        kind = "undecided"
+    else:
+        kind = "beats" if signs == {1} else "alike" if signs == {0} else "mixed"
     return Verdict(
         better=a["name"],
         worse=b["name"],
         kind=kind,
         thresholds={way: (one["mean"], other["mean"]) for way, (one, other) in sides.items()},
+        censored={
+            way: (ends(one, reach[way]), ends(other, reach[way])) for way, (one, other) in sides.items()
+        },
         every_seed=kind == "beats" and all(one["min"] > other["max"] for one, other in sides.values()),
     )
 
 
-def sentence(found: Verdict, reach: Mapping[str, float]) -> str:
-    """A verdict in words.
+def sentence(found: Verdict) -> str:
+    """A verdict in words; + marks what is censored."""
 
-    Args:
-      reach: largest impulse tried each way, N s: a threshold as large is marked +, being "or more".
-    """
-
-    def told(way: str, size: float) -> str:
-        return f"{size:.4g}{'+' if 0 < size >= reach[way] else ''}"
+    def told(way: str, which: int) -> str:
+        return f"{found.thresholds[way][which]:.4g}{'+' if found.censored[way][which] else ''}"
 
     sizes = ", ".join(
-        f"{way} {told(way, one)} against {told(way, other)} N s ({one - other:+.3g})"
+        f"{way} {told(way, 0)} against {told(way, 1)} N s ({one - other:+.3g})"
         for way, (one, other) in found.thresholds.items()
     )
     both = "in both directions" if len(found.thresholds) == 2 else "in the direction tried"
     if found.kind == "beats":
         seeds = "every seed" if found.every_seed else "not every seed"
         return f"{found.better} beats {found.worse} at the worst phase {both} ({seeds}): {sizes}"
+    if found.kind == "undecided":
+        return f"{found.better} and {found.worse}: the grid ends before both fall at the worst phase: {sizes}"
     if found.kind == "alike":
         return f"{found.better} and {found.worse} are alike at the worst phase: {sizes}"
     return f"neither {found.better} nor {found.worse} beats the other at the worst phase {both}: {sizes}"

@@ -96,18 +96,19 @@ def test_spread_over_seeds_by_hand():
 @pytest.mark.parametrize("swapped", [False, True])
 def test_beating_takes_both_directions(swapped):
     strong, weak = stands("strong", [60, 80], [40, 50]), stands("weak", [50], [30])
-    found = summary.verdict(*((weak, strong) if swapped else (strong, weak)))
+    found = summary.verdict(*((weak, strong) if swapped else (strong, weak)), REACH)
     assert found is not None and found == summary.Verdict(
-        "strong", "weak", "beats", {"forward": (70.0, 50.0), "backward": (45.0, 30.0)}, every_seed=True
+        "strong", "weak", "beats", {"forward": (70.0, 50.0), "backward": (45.0, 30.0)},
+        {"forward": (True, False), "backward": (False, False)}, every_seed=True,
     )
-    assert summary.sentence(found, REACH) == (
+    assert summary.sentence(found) == (
         "strong beats weak at the worst phase in both directions (every seed): "
-        "forward 70 against 50 N s (+20), backward 45 against 30 N s (+15)"
+        "forward 70+ against 50 N s (+20), backward 45 against 30 N s (+15)"
     )
 
 
 def test_seeds_that_overlap_are_told():
-    found = summary.verdict(stands("a", [60, 80], [40, 50]), stands("b", [60], [30]))
+    found = summary.verdict(stands("a", [60, 80], [40, 50]), stands("b", [60], [30]), REACH)
     assert found is not None and found.kind == "beats" and not found.every_seed
 
 
@@ -116,15 +117,21 @@ def test_seeds_that_overlap_are_told():
     [(60, 30, "mixed"), (40, 40, "mixed"), (50, 30, "alike"), (50, 40, "mixed")],
 )
 def test_anything_else_is_no_victory(forward, backward, kind):
-    found = summary.verdict(stands("a", [forward], [backward]), stands("b", [50], [30]))
+    found = summary.verdict(stands("a", [forward], [backward]), stands("b", [50], [30]), REACH)
     assert found is not None
     assert (found.better, found.kind, found.every_seed) == ("a", kind, False)
 
 
 def test_directions_that_nobody_tried_do_not_count_and_the_grid_s_end_is_marked():
-    found = summary.verdict(stands("a", [80], [None]), stands("b", [50], [None]))
+    found = summary.verdict(stands("a", [80], [None]), stands("b", [50], [None]), REACH)
     assert found is not None
-    assert summary.sentence(found, REACH) == (
+    assert summary.sentence(found) == (
         "a beats b at the worst phase in the direction tried (every seed): forward 80+ against 50 N s (+30)"
     )
-    assert summary.verdict(stands("a", [None], [None]), stands("b", [None], [None])) is None
+    assert summary.verdict(stands("a", [None], [None]), stands("b", [None], [None]), REACH) is None
+
+
+def test_nothing_is_decided_where_the_grid_ends_before_both():
+    found = summary.verdict(stands("a", [80, 80], [40, 40]), stands("b", [80], [30]), REACH)
+    assert found is not None and found.kind == "undecided"
+    assert "forward 80+ against 80+ N s" in summary.sentence(found)
