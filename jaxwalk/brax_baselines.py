@@ -36,6 +36,7 @@ from jaxwalk.policy import Policy
 from jaxwalk.progress import Progress
 from jaxwalk.run_folder import RunFolder
 from jaxwalk.train.assess import Exam, Marks
+from jaxwalk.train.finals import Finals
 from jaxwalk.train.run import Stop
 
 EPISODE = 64  # footsteps, about 30 s: Brax counts episodes in decisions
@@ -204,9 +205,10 @@ class _Run:
         self.config, self.args, self.command = config, args, command
         self.folder, self.progress, self.stop = folder, progress, stop
         self.exam = Exam(config, policy.act, devices.mesh(), args.seed)
+        self.finals = Finals(config, devices.mesh(), args.seed)
         self.started = time.perf_counter()
         self.footsteps = self.best_footsteps = 0
-        self.best: Marks | None = None
+        self.found: dict[int, Marks] = {}
         self.rows: list[dict[str, float]] = []
 
     def report(self, footsteps: int, metrics: Mapping[str, Any]) -> None:
@@ -225,10 +227,12 @@ class _Run:
         self.folder.log(row)
         self.progress.update(footsteps, row)
         policy.save(found, self.folder.checkpoints / f"{footsteps:09d}.safetensors")
-        better = self.best is None or marks.score > self.best.score
+        better = not self.found or marks.score > self.found[self.best_footsteps].score
         if better:
-            self.best, self.best_footsteps = marks, footsteps
+            self.best_footsteps = footsteps
             policy.save(found, self.folder.policy)
+        self.found[footsteps] = marks
+        self.finals.enter(found, marks.score)
         plots.training_png(self.rows, self.folder.picture)
         self.progress.note(
             f"evaluation at {footsteps:,} footsteps: {marks.survival:.0%} of the pushed and {marks.calm:.0%} "
@@ -238,8 +242,12 @@ class _Run:
             raise _Ended
 
     def finish(self) -> None:
-        """Write the summary."""
-        best = None if self.best is None else {"footsteps": self.best_footsteps, **asdict(self.best)}
+        """Settle which policy is kept, as `jaxwalk train` does, and write the summary."""
+        settled = [] if self.stop.wanted or not self.found else self.finals.settle()
+        if settled:
+            self.best_footsteps = settled[0][0].metadata.footsteps
+            policy.save(settled[0][0], self.folder.policy)
+        best = self.found.get(self.best_footsteps)
         self.folder.write_summary(
             {
                 "interrupted": self.stop.wanted,
@@ -247,7 +255,8 @@ class _Run:
                 "seconds": time.perf_counter() - self.started,
                 "algorithm": "ppo" if isinstance(self.args, PPOArgs) else "sac",
                 "settings": asdict(self.args.settings),
-                "best": best,
+                "best": best and {"footsteps": self.best_footsteps, **asdict(best)},
+                "finals": [{"footsteps": one.metadata.footsteps, **asdict(marks)} for one, marks in settled],
             }
         )
 

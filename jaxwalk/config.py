@@ -182,6 +182,11 @@ class GaitConfig:
     back_step_near: float = 0.3
     """Hip angle before its target at which the knee begins to straighten, rad."""
 
+    restart_seconds: float = 0.9
+    """A stance that lasts longer is a walker that stands, at ease on one leg (not in the paper), s."""
+    restart_torque: float = 15.0
+    """Its ankle then pulls it forward, out of that balance and into its next step, N m (0: never)."""
+
     touchdown_share: float = 0.639
     """Share of early swing before which a contact is no touch-down."""
     touchdown_ahead: float = 0.02

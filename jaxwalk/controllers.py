@@ -145,6 +145,15 @@ def ankle_servo(
     return config.ankle_stiffness * (target - angle) - config.ankle_rate_gain * rate
 
 
+def standing_ankle_torque(config: GaitConfig, gait: GaitState) -> Float[Array, ""]:
+    """Torque of the stance ankle, N m, dorsiflexion positive: none, but for a walker that stands.
+
+    One that a push has stopped just above its stance foot may balance there for seconds, an inverted
+    pendulum that nothing disturbs. Dorsiflexion moves its centre of pressure behind it.
+    """
+    return jnp.where(gait.elapsed > config.restart_seconds, config.restart_torque, 0.0)
+
+
 def command(config: GaitConfig, body: Skeleton, gait: GaitState, estimate: Estimate) -> Float[Array, "6"]:
     """All six actuators: hip rate (rad/s), knee angle (rad), ankle torque (N m); left, right."""
     stance, swing = gait.stance, 1 - gait.stance
@@ -181,6 +190,7 @@ def command(config: GaitConfig, body: Skeleton, gait: GaitState, estimate: Estim
         ankle_servo(config, ankle_target, ankle, estimate.joint_rates[swing, 2]),
     )
     zero = jnp.zeros_like(stance_hip)
-    standing = jnp.stack([stance_hip, zero, zero])  # knee straight, ankle passive
+    # Knee straight, ankle passive while it walks.
+    standing = jnp.stack([stance_hip, zero, standing_ankle_torque(config, gait)])
     swinging = jnp.stack([swing_hip, swing_knee, swing_ankle])
     return jnp.where(gait.is_stance[:, None], standing, swinging).reshape(6)

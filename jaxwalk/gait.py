@@ -46,6 +46,8 @@ _DIMENSION = {
     "back_step_reach": "length",
     "back_step_least": "length",
     "back_step_force": "force",
+    "restart_seconds": "time",
+    "restart_torque": "torque",
     "touchdown_ahead": "length",
     "touchdown_force": "force",
     "stall_seconds": "time",

@@ -152,9 +152,7 @@ def _saturated(model: mjx.Model, plant: Plant, command: Float[Array, "6"]) -> mj
     )
 
 
-def readings_of(
-    sensed: Float[Array, "11"], qpos: Float[Array, "9"], qvel: Float[Array, "9"]
-) -> Readings:
+def readings_of(sensed: Float[Array, "11"], qpos: Float[Array, "9"], qvel: Float[Array, "9"]) -> Readings:
     """A tick's readings: MuJoCo's sensors, those of its start; joints after it, as encoders are read."""
     return Readings(
         velocity=sensed[0:3],

@@ -38,6 +38,7 @@ _PAPER = Config(
         toe_off_duration_min=GaitConfig.toe_off_duration,
         toe_off_duration_max=GaitConfig.toe_off_duration,
         back_step=False,
+        restart_torque=0.0,
     ),
     reward=RewardConfig(speed_tolerance=0.0),
     train=TrainConfig(height_spread=0.0, mass_spread=0.0),

@@ -12,7 +12,7 @@ from jaxwalk.config import Config
 from jaxwalk.trials import Scenario
 
 # What keys are for, beside training, whose keys are of purpose 0.
-ASSESS, CALM, PUSHED, TUNE = 1, 2, 3, 4
+ASSESS, CALM, PUSHED, TUNE, FINALS = 1, 2, 3, 4, 5
 
 
 def batch(

@@ -256,9 +256,7 @@ class Runner:
         self.task = task = dataclasses.replace(task, episode_ticks=pushes.NEVER)
         self.batch = -(-batch // mesh.size) * mesh.size
         self._windows = max(1, round(1.0 / (task.setup.timestep * task.setup.window_ticks)))
-        self._begin = devices.spread(
-            lambda n, s: jax.vmap(partial(begin, task, n))(s), mesh, (False, True)
-        )
+        self._begin = devices.spread(lambda n, s: jax.vmap(partial(begin, task, n))(s), mesh, (False, True))
         each = partial(advance, task, act, self._windows)
         self._advance = devices.spread(
             lambda p, f, t: jax.vmap(lambda one: each(p, f, one))(t), mesh, (False, False, True)

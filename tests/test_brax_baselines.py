@@ -135,7 +135,9 @@ def test_a_whole_run(algorithm, tmp_path, monkeypatch):
     assert [row["footsteps"] for row in rows] == sorted(row["footsteps"] for row in rows) and len(rows) == 3
     assert summary["footsteps"] == rows[-1]["footsteps"] >= args.footsteps
     assert (summary["algorithm"], summary["interrupted"]) == (algorithm, False)
-    assert summary["best"]["score"] == max(row["eval/score"] for row in rows)
+    kept = next(row for row in rows if row["footsteps"] == summary["best"]["footsteps"])
+    assert summary["best"]["score"] == kept["eval/score"]
+    assert summary["best"]["footsteps"] == max(summary["finals"], key=lambda one: one["score"])["footsteps"]
     best = policy.load(folder / "policy.safetensors")
     assert best.metadata.footsteps == summary["best"]["footsteps"]
     first = policy.load(folder / "checkpoints" / "000000000.safetensors")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 import jax
@@ -59,13 +60,21 @@ class Exam:
       act: the policy on one observation; its parameters are handed over with each call.
       seed: of the starts and the noise.
       purpose: of the seed's keys, as in `scenarios`.
+      impulses: N s, each at every phase. replicas: walkers for each of those.
     """
 
     def __init__(
-        self, config: Config, act: Act, mesh: Mesh, seed: int, purpose: int = scenarios.ASSESS
+        self,
+        config: Config,
+        act: Act,
+        mesh: Mesh,
+        seed: int,
+        purpose: int = scenarios.ASSESS,
+        impulses: Sequence[float] = IMPULSES,
+        replicas: int = 1,
     ) -> None:
         self.config = config
-        rows = [(impulse, phase / PHASES) for impulse in IMPULSES for phase in range(PHASES)]
+        rows = [(impulse, phase / PHASES) for impulse in impulses for phase in range(PHASES)] * replicas
         impulse, phase = np.array(rows + [(0.0, 0.0)] * CALM, np.float32).T
         count = len(impulse)
         # Calm names the policy, not the sensors: those are as noisy as in training.

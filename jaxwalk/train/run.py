@@ -15,10 +15,12 @@ import numpy as np
 from jaxwalk import devices, plots, policy, windows
 from jaxwalk.config import Config
 from jaxwalk.ddpg import learner
+from jaxwalk.policy import Policy
 from jaxwalk.progress import Progress
 from jaxwalk.run_folder import RunFolder
 from jaxwalk.train import loop
 from jaxwalk.train.assess import Assessment, Assessor
+from jaxwalk.train.finals import Finals
 
 
 def run(config: Config, run_dir: Path | None, seed: int, command: str) -> Path:
@@ -74,7 +76,8 @@ class _Run:
         self.state = loop.init(config, mesh, seed)
         self.advance = loop.make(config, mesh)
         self.assess = Assessor(config, mesh, seed)
-        self.best: Assessment | None = None
+        self.finals = Finals(config, mesh, seed)
+        self.found: dict[int, Assessment] = {}
         self.best_footsteps = 0
         self.rows: list[dict[str, float]] = []
         self.totals = {"falls": 0.0, "broken": 0.0}
@@ -135,11 +138,17 @@ class _Run:
         row |= {f"eval/{name}": value for name, value in asdict(found).items()}
         self.rows.append(row)
         self.folder.log(row)
-        better = np.isfinite(found.score) and (self.best is None or found.score > self.best.score)
+        learned = self._policy(footsteps, found.score)
+        policy.save(learned, self.folder.checkpoints / f"{footsteps:09d}.safetensors")
+        better = np.isfinite(found.score) and (
+            not self.found or found.score > self.found[self.best_footsteps].score
+        )
         if better:
-            self.best, self.best_footsteps = found, footsteps
-            self._save(self.folder.policy, footsteps, found.score)
-        self._save(self.folder.checkpoints / f"{footsteps:09d}.safetensors", footsteps, found.score)
+            self.best_footsteps = footsteps
+            policy.save(learned, self.folder.policy)
+        if np.isfinite(found.score):
+            self.found[footsteps] = found
+            self.finals.enter(learned, found.score)
         plots.training_png(self.rows, self.folder.picture)
         self.progress.note(
             f"evaluation at {footsteps:,} footsteps: {found.survival:.0%} of the pushed and {found.calm:.0%} "
@@ -147,8 +156,8 @@ class _Run:
             f"as {found.real:.1f}" + ("; best so far" if better else "")
         )
 
-    def _save(self, path: Path, footsteps: int, score: float) -> None:
-        learned = policy.from_learner(
+    def _policy(self, footsteps: int, score: float) -> Policy:
+        return policy.from_learner(
             self.config,
             learner.averaged(self.state.learner),
             seed=self.seed,
@@ -156,10 +165,19 @@ class _Run:
             footsteps=footsteps,
             score=score,
         )
-        policy.save(learned, path)
+
+    def _settle(self) -> list[dict[str, float]]:
+        """Keep the winner of the finals; gives the finalists' marks, the winner's first."""
+        self.progress.note("the best policies meet more pushes")
+        settled = self.finals.settle()
+        winner = settled[0][0]
+        self.best_footsteps = winner.metadata.footsteps
+        policy.save(winner, self.folder.policy)
+        return [{"footsteps": one.metadata.footsteps, **asdict(marks)} for one, marks in settled]
 
     def _finish(self, footsteps: int) -> None:
-        assert self.best is not None
+        # Who interrupts wants to end: the best by the evaluations stands.
+        finals = [] if self.stop.wanted else self._settle()
         self.folder.write_summary(
             {
                 "interrupted": self.stop.wanted,
@@ -168,7 +186,8 @@ class _Run:
                 "first_report_seconds": self.compile_seconds,
                 "updates": int(self.state.learner.updates),
                 **self.totals,
-                "best": {"footsteps": self.best_footsteps, **asdict(self.best)},
+                "best": {"footsteps": self.best_footsteps, **asdict(self.found[self.best_footsteps])},
+                "finals": finals,
             }
         )
         plots.training_png(self.rows, self.folder.picture)

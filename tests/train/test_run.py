@@ -15,7 +15,7 @@ from jaxwalk import devices, policy, run_folder, windows
 from jaxwalk.errors import UserError
 from jaxwalk.presets import PRESETS
 from jaxwalk.progress import Progress
-from jaxwalk.train import assess, loop, run
+from jaxwalk.train import assess, finals, loop, run
 
 SMOKE = PRESETS["smoke"]
 # Two reports at least, and updates in the second.
@@ -68,12 +68,20 @@ def test_metrics_and_summary_agree(finished):
     assert [row["footsteps"] for row in reports] == sorted(row["footsteps"] for row in reports)
     assert summary["footsteps"] == reports[-1]["footsteps"] >= CONFIG.train.footsteps
     assert summary["updates"] == reports[-1]["learner/updates"] > 0
-    best = max(evaluations, key=lambda row: row["eval/score"])
-    assert summary["best"]["score"] == pytest.approx(best["eval/score"])
+    kept = next(row for row in evaluations if row["footsteps"] == summary["best"]["footsteps"])
+    assert summary["best"]["score"] == pytest.approx(kept["eval/score"])
     assert not summary["interrupted"]
 
 
-def test_best_policy_is_the_checkpoint_of_the_best_evaluation(finished):
+def test_the_finals_are_among_the_best_evaluations_and_their_winner_is_kept(finished):
+    rows = [row for row in run_folder.read_metrics(finished) if "eval/score" in row]
+    ranked = sorted(rows, key=lambda row: -row["eval/score"])[: finals.FINALISTS]
+    summary = json.loads((finished / "summary.json").read_text())
+    assert {one["footsteps"] for one in summary["finals"]} == {row["footsteps"] for row in ranked}
+    assert summary["best"]["footsteps"] == max(summary["finals"], key=lambda one: one["score"])["footsteps"]
+
+
+def test_best_policy_is_the_checkpoint_of_its_evaluation(finished):
     best = policy.load(finished / "policy.safetensors")
     same = policy.load(finished / "checkpoints" / f"{best.metadata.footsteps:09d}.safetensors")
     assert best.metadata.score == same.metadata.score

@@ -1,0 +1,42 @@
+"""The last examination: a run's best policies once more, under more pushes than those that ranked them.
+
+The best of many small evaluations is partly the luckiest one, and they push so hard that a rare fall
+under a small push goes unseen. The few best meet fresh starts and noise, and all sizes of push.
+"""
+
+from __future__ import annotations
+
+import jax
+from jax.sharding import Mesh
+
+from jaxwalk import policy, scenarios
+from jaxwalk.config import Config
+from jaxwalk.policy import Policy
+from jaxwalk.train.assess import Exam, Marks
+
+IMPULSES = (40.0, 50.0, 60.0, 70.0, 80.0, -40.0, -50.0, -60.0, -80.0, -100.0)
+REPLICAS = 2
+FINALISTS = 3
+
+
+class Finals:
+    """The best policies of one run so far, and how it is settled between them.
+
+    Args:
+      seed: of the run.
+    """
+
+    def __init__(self, config: Config, mesh: Mesh, seed: int) -> None:
+        self._config, self._mesh, self._seed = config, mesh, seed
+        self._entered: list[tuple[Policy, float]] = []
+
+    def enter(self, candidate: Policy, score: float) -> None:
+        """A policy and the score of its evaluation; those that cannot win any more are dropped."""
+        kept = jax.device_get(candidate)  # training donates its buffers
+        self._entered = sorted([*self._entered, (kept, score)], key=lambda one: -one[1])[:FINALISTS]
+
+    def settle(self) -> list[tuple[Policy, Marks]]:
+        """The finalists with their marks, the winner first; of equals, the one that was evaluated better."""
+        exam = Exam(self._config, policy.act, self._mesh, self._seed, scenarios.FINALS, IMPULSES, REPLICAS)
+        examined = [(one, exam(policy.without_origin(one))[0]) for one, _ in self._entered]
+        return sorted(examined, key=lambda found: -found[1].score)
