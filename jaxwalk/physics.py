@@ -152,9 +152,7 @@ def _saturated(model: mjx.Model, plant: Plant, command: Float[Array, "6"]) -> mj
     )
 
 
-def readings_of(
-    sensed: Float[Array, "11"], qpos: Float[Array, "9"], qvel: Float[Array, "9"]
-) -> Readings:
+def readings_of(sensed: Float[Array, "11"], qpos: Float[Array, "9"], qvel: Float[Array, "9"]) -> Readings:
     """A tick's readings: MuJoCo's sensors, those of its start; joints after it, as encoders are read."""
     return Readings(
         velocity=sensed[0:3],
@@ -196,6 +194,12 @@ def advance(
     return model, mjx.step(model, data)
 
 
+def outcome(data: mjx.Data) -> tuple[Plant, Readings]:
+    """What the tick that `advance` made hands on, and what was sensed of it."""
+    readings = readings_of(data.sensordata, data.qpos, data.qvel)
+    return Plant(data.qpos, data.qvel, data.qacc_warmstart), readings
+
+
 def step(
     config: BodyConfig,
     physics: PhysicsConfig,
@@ -211,5 +215,4 @@ def step(
       push: [2] forward force at the torso's centre of mass (N) and pitching moment (N m).
     """
     _, data = advance(config, physics, model, plant, command, push)
-    readings = readings_of(data.sensordata, data.qpos, data.qvel)
-    return Plant(data.qpos, data.qvel, data.qacc_warmstart), readings
+    return outcome(data)
