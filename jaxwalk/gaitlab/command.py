@@ -97,11 +97,12 @@ def _print(console: Console, name: str, result: dict[str, Any]) -> None:
         f"{result['fell']} of {result['walkers']} walkers fell"
     )
     marks = {source: f"[{i}]" for i, source in enumerate(result["sources"], 1)}
-    screen = Table("measure", "mean and SD", "people", title=title, box=box.SIMPLE)
+    screen = Table("measure", "unit", "mean and SD", "people", title=title, box=box.SIMPLE)
     for measure, told in result["measures"].items():
         people = told.get("human")
         screen.add_row(
-            f"{measure.replace('_', ' ')}, {told['unit']}",
+            measure.replace("_", " ").replace(" hz", " Hz"),
+            told["unit"],
             f"{told['mean']:.3g} ± {told['sd']:.2g}",
             Text(f"{_people(people)} {marks[people['source']]}" if people else ""),
         )
