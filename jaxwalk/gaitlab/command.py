@@ -87,7 +87,7 @@ def main(args: GaitArgs) -> None:
     title = f"{args.policy}: {args.walkers} walkers, {body.height:g} m, {body.mass:g} kg, unpushed"
     picture.draw(found, title, args.out / PNG)
     _print(console, args.policy, found.result)
-    console.print(f"{JSON}, {CSV} and {PNG} in {args.out}", highlight=False)
+    console.print(f"{JSON} (with all definitions), {CSV} and {PNG} in {args.out}", highlight=False)
 
 
 def _print(console: Console, name: str, result: dict[str, Any]) -> None:

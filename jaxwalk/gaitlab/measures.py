@@ -72,7 +72,9 @@ LANDING_SECONDS = 0.02
 IMPACT = (
     f"Impact peak: the largest vertical force, of single ticks (unfiltered) and through a low-pass of "
     f"{PLATE_CUTOFF:g} Hz; the loading peak beside it is that of the curve, {signals.CUTOFF:g} Hz. Impact "
-    f"impulse: of the vertical force in the first {1000 * LANDING_SECONDS:g} ms on the floor, unfiltered."
+    f"impulse: of the vertical force in the first {1000 * LANDING_SECONDS:g} ms on the floor, unfiltered. "
+    "The shorter the contact's time constant (physics.contact_timeconst), the higher the peak of single "
+    "ticks."
 )
 
 
