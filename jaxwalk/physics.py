@@ -194,6 +194,12 @@ def advance(
     return model, mjx.step(model, data)
 
 
+def outcome(data: mjx.Data) -> tuple[Plant, Readings]:
+    """What the tick that `advance` made hands on, and what was sensed of it."""
+    readings = readings_of(data.sensordata, data.qpos, data.qvel)
+    return Plant(data.qpos, data.qvel, data.qacc_warmstart), readings
+
+
 def step(
     config: BodyConfig,
     physics: PhysicsConfig,
@@ -209,5 +215,4 @@ def step(
       push: [2] forward force at the torso's centre of mass (N) and pitching moment (N m).
     """
     _, data = advance(config, physics, model, plant, command, push)
-    readings = readings_of(data.sensordata, data.qpos, data.qvel)
-    return Plant(data.qpos, data.qvel, data.qacc_warmstart), readings
+    return outcome(data)

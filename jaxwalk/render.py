@@ -17,7 +17,6 @@ import jax.numpy as jnp
 import mujoco
 import numpy as np
 from jaxtyping import Array
-from mujoco import mjx
 from PIL import Image, ImageDraw, ImageFont
 from rich.console import Console
 from rich.progress import track
@@ -61,7 +60,7 @@ class Walk:
         return (len(self.qpos) - 1) * self.timestep
 
 
-def _pose(_model: mjx.Model, _before: Stepper, after: Stepper) -> tuple[Array, Array, Array]:
+def _pose(after: Stepper) -> tuple[Array, Array, Array]:
     """qpos [9], qvel [9] and whether it lies."""
     plant = after.walker.plant
     return plant.qpos, plant.qvel, after.terminated
@@ -85,7 +84,7 @@ def roll_out(subject: Subject, args: RenderArgs, model: mujoco.MjModel) -> Walk:
         push = pushes.of_impulse(jnp.float32(args.push), begin, args.push_duration, dt, height)
     state = state.replace(walker=state.walker.replace(push=push))
 
-    segment = jax.jit(partial(rollout.segment, task, subject.act, SEGMENT, _pose))
+    segment = jax.jit(partial(rollout.segment, task, subject.act, SEGMENT, rollout.watched(_pose)))
     qpos, fell = [np.asarray(state.walker.plant.qpos)[None]], None
     for walked in range(0, ticks, SEGMENT * task.setup.window_ticks):
         state, rows = segment(subject.params, state)

@@ -142,7 +142,11 @@ def tick(task: Task, model: walker.Model, stepper: Stepper) -> Stepper:
 
     A walker that is done stays as it is.
     """
-    state, event = walker.tick(task.setup, model, stepper.walker)
+    return moved(task, stepper, *walker.tick(task.setup, model, stepper.walker))
+
+
+def moved(task: Task, stepper: Stepper, state: Walker, event: walker.Event) -> Stepper:
+    """What becomes of ``stepper`` whose walker a tick has made ``state``; see `tick`."""
     seconds = jnp.maximum(event.step_seconds, task.setup.timestep)
     speed_sum = stepper.speed_sum + state.estimate.speed
     speed = speed_sum * task.setup.timestep / seconds

@@ -225,17 +225,30 @@ def move(
     return physics.step(setup.body, setup.physics, model, plant, command, push)
 
 
+def drive(setup: Setup, walker: Walker) -> tuple[Float[Array, "6"], Float[Array, "2"]]:
+    """What acts on the plant in the coming tick: the controllers' command, and the push (see `move`)."""
+    who = walker.person
+    command = controllers.command(who.gait, skeleton(setup, who), walker.gait, walker.estimate)
+    return command, pushes.wrench(walker.push, walker.tick, walker.plant.qpos[2])
+
+
 def tick(setup: Setup, model: Model, walker: Walker) -> tuple[Walker, Event]:
-    """One physics step of the closed loop.
+    """One physics step of the closed loop."""
+    command, push = drive(setup, walker)
+    plant, readings = move(setup, model, walker.plant, command, push)
+    return moved(setup, walker, plant, readings)
+
+
+def moved(
+    setup: Setup, walker: Walker, plant: physics.Plant, readings: physics.Readings
+) -> tuple[Walker, Event]:
+    """What becomes of ``walker`` whose plant a tick has brought to ``plant``, sensing ``readings``.
 
     At a touch-down the gait's clock restarts and toe-off begins; the step's
     length and duration stay the last ones until `decide`, which early swing awaits.
     """
     who, numbers = walker.person, walker.person.gait
     bones = skeleton(setup, who)
-    command = controllers.command(numbers, bones, walker.gait, walker.estimate)
-    push = pushes.wrench(walker.push, walker.tick, walker.plant.qpos[2])
-    plant, readings = move(setup, model, walker.plant, command, push)
     noise_key = jax.random.fold_in(walker.key, walker.tick)
     state, estimate = sensors.measure(setup.sensors, setup.timestep, walker.sensors, readings, noise_key)
 

@@ -87,7 +87,7 @@ def main(args: GaitArgs) -> None:
     title = f"{args.policy}: {args.walkers} walkers, {body.height:g} m, {body.mass:g} kg, unpushed"
     picture.draw(found, title, args.out / PNG)
     _print(console, args.policy, found.result)
-    console.print(f"{JSON}, {CSV} and {PNG} in {args.out}", highlight=False)
+    console.print(f"{JSON} (with all definitions), {CSV} and {PNG} in {args.out}", highlight=False)
 
 
 def _print(console: Console, name: str, result: dict[str, Any]) -> None:
@@ -97,11 +97,12 @@ def _print(console: Console, name: str, result: dict[str, Any]) -> None:
         f"{result['fell']} of {result['walkers']} walkers fell"
     )
     marks = {source: f"[{i}]" for i, source in enumerate(result["sources"], 1)}
-    screen = Table("measure", "mean and SD", "people", title=title, box=box.SIMPLE)
+    screen = Table("measure", "unit", "mean and SD", "people", title=title, box=box.SIMPLE)
     for measure, told in result["measures"].items():
         people = told.get("human")
         screen.add_row(
-            f"{measure.replace('_', ' ')}, {told['unit']}",
+            measure.replace("_", " ").replace(" hz", " Hz"),
+            told["unit"],
             f"{told['mean']:.3g} ± {told['sd']:.2g}",
             Text(f"{_people(people)} {marks[people['source']]}" if people else ""),
         )

@@ -7,10 +7,9 @@ from flax import struct
 from jaxtyping import Array, Float
 from mujoco import mjx
 
-from jaxwalk import kinematics, physics
+from jaxwalk import kinematics
 from jaxwalk.kinematics import Skeleton
 from jaxwalk.physics import Plant
-from jaxwalk.walker import Setup
 
 
 @struct.dataclass
@@ -33,20 +32,16 @@ class Forces:
     contact_power: Float[Array, ""]
 
 
-def of_tick(
-    setup: Setup, model: mjx.Model, body: Skeleton, plant: Plant, command: Float[Array, "6"]
-) -> Forces:
-    """The forces of the unpushed tick that ``command`` makes of ``plant``.
+def of_tick(body: Skeleton, plant: Plant, made_with: mjx.Model, data: mjx.Data) -> Forces:
+    """The forces of a tick, out of what it was made with and what MJX knows of it.
 
     The integrator is implicit in the joint rates: servos and dampers act with the rates of the
     tick's end, and so they are counted here.
 
     Args:
-      command: as for `physics.step`.
+      plant: at the tick's start.
+      made_with, data: what `physics.advance` gave for it.
     """
-    made_with, data = physics.advance(
-        setup.body, setup.physics, model, plant, command, jnp.zeros(2, jnp.float32)
-    )
     gained = data.qvel - plant.qvel
     torque = data.actuator_force + made_with.actuator_biasprm[:, 2] * gained[3:]
     passive = -made_with.dof_damping * data.qvel

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxwalk.config import GRAVITY
+from jaxwalk.gaitlab import energy, signals
 from jaxwalk.gaitlab.record import Ticks
 from jaxwalk.gaitlab.strides import Cycle
 
@@ -20,8 +21,8 @@ UNITS = {
     "step_length": "m",
     "stride_time": "s",
     "step_time": "s",
-    "stance_share": "cycles",
-    "double_support_share": "cycles",
+    "stance_share": "% of cycle",
+    "double_support_share": "% of cycle",
     "hip_flexion_peak": "deg",
     "hip_extension_peak": "deg",
     "hip_excursion": "deg",
@@ -31,12 +32,14 @@ UNITS = {
     "ankle_plantarflexion_peak": "deg",
     "torso_pitch_mean": "deg",
     "torso_pitch_excursion": "deg",
-    "vertical_loading_peak": "weights",
-    "vertical_trough": "weights",
-    "vertical_push_peak": "weights",
-    "braking_peak": "weights",
-    "propulsion_peak": "weights",
-    "impact_peak": "weights",
+    "vertical_loading_peak": "BW",
+    "vertical_trough": "BW",
+    "vertical_push_peak": "BW",
+    "braking_peak": "BW",
+    "propulsion_peak": "BW",
+    "impact_peak": "BW",
+    "impact_peak_50_hz": "BW",
+    "impact_impulse": "BW s",
     "hip_extensor_moment": "N m/kg",
     "hip_flexor_moment": "N m/kg",
     "knee_extensor_moment": "N m/kg",
@@ -48,10 +51,7 @@ UNITS = {
     "knee_power_absorbed": "W/kg",
     "ankle_power_generated": "W/kg",
     "ankle_power_absorbed": "W/kg",
-    "cost_of_transport": "m g d",
-    "cost_of_transport_net": "m g d",
-    "damping_loss": "m g d",
-    "contact_loss": "m g d",
+    **energy.UNITS,
 }
 SYMMETRIC = (
     "step_length",
@@ -67,30 +67,38 @@ SYMMETRY = (
     "'mean_size' does not. 0 is perfect symmetry."
 )
 LOADING = 0.3  # share of the cycle, from touch-down, in which the loaded knee gives
+PLATE_CUTOFF = 50.0  # Hz; what a force plate's own filter may leave of a landing
+LANDING_SECONDS = 0.02
+IMPACT = (
+    f"Impact peak: the largest vertical force, of single ticks (unfiltered) and through a low-pass of "
+    f"{PLATE_CUTOFF:g} Hz; the loading peak beside it is that of the curve, {signals.CUTOFF:g} Hz. Impact "
+    f"impulse: of the vertical force in the first {1000 * LANDING_SECONDS:g} ms on the floor, unfiltered. "
+    "The shorter the contact's time constant (physics.contact_timeconst), the higher the peak of single "
+    "ticks."
+)
 
 
 def of_cycle(
-    ticks: Ticks, signals: Mapping[str, Float[np.ndarray, "T 2"]], cycle: Cycle, timestep: float, mass: float
+    ticks: Ticks, told: Mapping[str, Float[np.ndarray, "T 2"]], cycle: Cycle, timestep: float, mass: float
 ) -> dict[str, float]:
     """Each of `UNITS`. Moments and absorbed powers are sizes; the hip's extension peak and the
     ankle's plantarflexion peak are angles, negative where they are real extension and plantarflexion.
 
-    Cost of transport: what all actuators' positive work (net: positive less negative) is to body
-    weight times stride length. ``impact_peak`` is of the unfiltered force.
+    What the impact's figures are says `IMPACT`, the work's `energy.DEFINITION`.
     """
     side, whole = cycle.side, slice(cycle.start, cycle.stop)
     off = cycle.toe_off - cycle.start
-    one = {name: values[whole, side] for name, values in signals.items()}
+    one = {name: values[whole, side] for name, values in told.items()}
     knee, vertical = one["knee_angle"], one["vertical_force"]
     seconds = cycle.ticks * timestep
     ankle = np.asarray(ticks.ankle_x, np.float64)
     length = float(ankle[cycle.stop, side] - ankle[cycle.start, side])
     weight = mass * GRAVITY
-    told = ticks.forces
-    rates = np.asarray(told.rates[whole], np.float64)
-    actuators = np.asarray(told.torque[whole]) * rates
-    damping = np.asarray(told.damping[whole]) * rates[..., 2]
-    per_weight = timestep / (weight * length)
+    # One stride on either side keeps the filter's ends out of sight.
+    around = slice(max(0, 2 * cycle.start - cycle.stop), 2 * cycle.stop - cycle.start)
+    upward = np.asarray(ticks.forces.ground[..., side, 1], np.float64) / weight
+    plate = signals.low_pass(upward[around], timestep, PLATE_CUTOFF)
+    plate = plate[cycle.start - around.start :][: cycle.ticks]
     return {
         "speed": length / seconds,
         "cadence": 120 / seconds,
@@ -98,8 +106,8 @@ def of_cycle(
         "step_length": float(ankle[cycle.stop, side] - ankle[cycle.stop, 1 - side]),
         "stride_time": seconds,
         "step_time": (cycle.stop - cycle.other) * timestep,
-        "stance_share": cycle.stance_share,
-        "double_support_share": cycle.double_support,
+        "stance_share": 100 * cycle.stance_share,
+        "double_support_share": 100 * cycle.double_support,
         "hip_flexion_peak": one["hip_angle"].max(),
         "hip_extension_peak": one["hip_angle"].min(),
         "hip_excursion": np.ptp(one["hip_angle"]),
@@ -114,7 +122,9 @@ def of_cycle(
         "vertical_push_peak": vertical[off // 2 : off].max(),
         "braking_peak": one["fore_aft_force"].min(),
         "propulsion_peak": one["fore_aft_force"].max(),
-        "impact_peak": float(told.ground[whole, side, 1].max()) / weight,
+        "impact_peak": upward[whole].max(),
+        "impact_peak_50_hz": plate.max(),
+        "impact_impulse": upward[whole][: round(LANDING_SECONDS / timestep)].sum() * timestep,
         "hip_extensor_moment": one["hip_moment"].max(),
         "hip_flexor_moment": -one["hip_moment"].min(),
         "knee_extensor_moment": one["knee_moment"].max(),
@@ -122,10 +132,7 @@ def of_cycle(
         "ankle_plantarflexor_moment": one["ankle_moment"].max(),
         **{f"{joint}_power_generated": one[f"{joint}_power"].max() for joint in ("hip", "knee", "ankle")},
         **{f"{joint}_power_absorbed": -one[f"{joint}_power"].min() for joint in ("hip", "knee", "ankle")},
-        "cost_of_transport": np.maximum(actuators, 0).sum() * per_weight,
-        "cost_of_transport_net": actuators.sum() * per_weight,
-        "damping_loss": -damping.sum() * per_weight,
-        "contact_loss": -np.asarray(told.contact_power[whole], np.float64).sum() * per_weight,
+        **energy.of_cycle(ticks, told, cycle, length, timestep, mass),
     }
 
 

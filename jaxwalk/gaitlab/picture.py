@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from jaxwalk import files
-from jaxwalk.gaitlab import human, signals
+from jaxwalk.gaitlab import signals
 from jaxwalk.gaitlab.report import SIDES, Report
 
 COLOURS = {"left": "#0072B2", "right": "#D55E00"}  # Okabe and Ito's: told apart by all eyes
@@ -58,7 +58,7 @@ def draw(report: Report, title: str, path: Path) -> None:
 def _panel(axes: Axes, report: Report, name: str) -> None:
     percent = np.arange(len(report.curves[name, "left"].mean))
     stance = report.result["measures"]["stance_share"]
-    axes.axvspan(0, 100 * stance["mean"], color="0.955", zorder=0, label="mean stance")
+    axes.axvspan(0, stance["mean"], color="0.955", zorder=0, label="mean stance")
     axes.axhline(0, color="0.6", linewidth=0.6, zorder=1)
     for side in SIDES:
         curve, colour = report.curves[name, side], COLOURS[side]
@@ -67,7 +67,7 @@ def _panel(axes: Axes, report: Report, name: str) -> None:
         )
         label = f"{side}, mean and 1 SD over {report.result['strides'][side]} strides"
         axes.plot(percent, curve.mean, color=colour, linestyle=DASHES[side], linewidth=1.6, label=label)
-    _people(axes, name)
+    _people(axes, report, name)
     joint, _, kind = name.rpartition("_")
     axes.set_title(
         TITLES.get(name, f"{joint} {kind}".capitalize()), loc="left", fontsize=10, fontweight="bold"
@@ -81,9 +81,9 @@ def _panel(axes: Axes, report: Report, name: str) -> None:
     axes.spines[["top", "right"]].set_visible(False)
 
 
-def _people(axes: Axes, name: str) -> None:
+def _people(axes: Axes, report: Report, name: str) -> None:
     """A point where people's peak is, with one standard deviation where the source tells it."""
-    for one in human.HUMAN.values():
+    for one in report.people.values():
         if one.curve != name or one.percent is None:
             continue
         spread = None if one.high is None else one.high - one.mean

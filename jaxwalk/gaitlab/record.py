@@ -13,7 +13,7 @@ from flax import struct
 from jaxtyping import Array, Bool, Float
 from mujoco import mjx
 
-from jaxwalk import controllers, devices, kinematics, pushes, rollout, stepper, walker
+from jaxwalk import devices, kinematics, physics, pushes, rollout, stepper, walker
 from jaxwalk.gaitlab import forces
 from jaxwalk.gaitlab.forces import Forces
 from jaxwalk.stepper import Stepper, Task
@@ -42,18 +42,21 @@ class Ticks:
     fell: Bool[Array, "*T"]
 
 
-def look(task: Task, model: mjx.Model, before: Stepper, after: Stepper) -> Ticks:
-    """One tick, written down."""
-    body = before.walker
-    bones = walker.skeleton(task.setup, body.person)
-    command = controllers.command(body.person.gait, bones, body.gait, body.estimate)
+def tick(task: Task, model: mjx.Model, state: Stepper) -> tuple[Stepper, Ticks]:
+    """The tick that `stepper.tick` makes, and what is written down of it; the plant moves once."""
+    setup, body = task.setup, state.walker
+    command, push = walker.drive(setup, body)
+    made_with, data = physics.advance(setup.body, setup.physics, model, body.plant, command, push)
+    after = stepper.moved(task, state, *walker.moved(setup, body, *physics.outcome(data)))
+
+    bones = walker.skeleton(setup, body.person)
     joints, pitch = body.plant.qpos[3:].reshape(2, 3), body.plant.qpos[2]
     x, _ = kinematics.ankles(bones, joints, pitch)
-    return Ticks(
+    return after, Ticks(
         pitch=pitch,
         joints=joints,
         ankle_x=body.plant.qpos[0] + x,
-        forces=forces.of_tick(task.setup, model, bones, body.plant, command),
+        forces=forces.of_tick(bones, body.plant, made_with, data),
         fell=after.terminated,
     )
 
@@ -75,7 +78,7 @@ def record(
     mesh = devices.mesh()
     batch = -(-min(BATCH, count) // mesh.size) * mesh.size
     windows = max(1, round(1.0 / (setup.timestep * setup.window_ticks)))
-    each = partial(rollout.segment, task, subject.act, windows, partial(look, task))
+    each = partial(rollout.segment, task, subject.act, windows, tick)
     begin = devices.spread(lambda one: jax.vmap(partial(_begin, task, subject))(one), mesh, (True,))
     advance = devices.spread(
         lambda params, states: jax.vmap(partial(each, params))(states), mesh, (False, True)

@@ -14,7 +14,8 @@ from jaxtyping import Float
 from jaxwalk import scenarios
 from jaxwalk.config import REFERENCE_MASS
 from jaxwalk.errors import UserError
-from jaxwalk.gaitlab import human, measures, record, signals, strides
+from jaxwalk.gaitlab import energy, human, measures, record, signals, strides
+from jaxwalk.gaitlab.human import Human
 from jaxwalk.gaitlab.record import Ticks
 from jaxwalk.subjects import Subject
 
@@ -39,10 +40,12 @@ class Report:
 
     Attributes:
       curves: (name of `signals.UNITS`, side) -> curve.
+      people: name of `measures.UNITS` -> what people of the walkers' stature do.
       result: all scalars, as JSON values.
     """
 
     curves: dict[tuple[str, str], Curve]
+    people: dict[str, Human]
     result: dict[str, Any]
 
 
@@ -80,7 +83,8 @@ def make(
             f"{walkers} walkers fell: give --seconds more, or a policy that walks"
         )
     found = measures.Measured.of(rows)
-    return Report(_curves(found, np.stack(shapes)), _result(found, walkers, fell, odd))
+    people = human.people(config.body.height)
+    return Report(_curves(found, np.stack(shapes)), people, _result(found, people, walkers, fell, odd))
 
 
 def _strides(
@@ -106,9 +110,11 @@ def _curves(measured: measures.Measured, shapes: Float[np.ndarray, "C P Q"]) -> 
     return found
 
 
-def _result(measured: measures.Measured, walkers: int, fell: int, odd: int) -> dict[str, Any]:
+def _result(
+    measured: measures.Measured, people: dict[str, Human], walkers: int, fell: int, odd: int
+) -> dict[str, Any]:
     summary = measures.summary(measured)
-    for name, one in human.HUMAN.items():
+    for name, one in people.items():
         summary[name]["human"] = {
             "mean": one.mean, "low": one.low, "high": one.high, "source": one.source,
         }  # fmt: skip
@@ -121,6 +127,8 @@ def _result(measured: measures.Measured, walkers: int, fell: int, odd: int) -> d
         "symmetry": measures.symmetry(measured),
         "definitions": {
             "conventions": signals.CONVENTIONS,
+            "impact": measures.IMPACT,
+            "work": energy.DEFINITION,
             "symmetry": measures.SYMMETRY,
             "strides_left_out": "the other leg did not touch down just once within them; walkers that fell "
             "are left out whole",

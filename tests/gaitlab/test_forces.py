@@ -40,9 +40,8 @@ def flown():
         start = walker.start(SETUP, who, key, jnp.float32(0.0)).plant
 
         def tick(plant, _):
-            told = forces.of_tick(SETUP, model, bones, plant, command)
-            after, _ = physics.step(CONFIG.body, CONFIG.physics, model, plant, command, jnp.zeros(2))
-            return after, told
+            made = physics.advance(CONFIG.body, CONFIG.physics, model, plant, command, jnp.zeros(2))
+            return physics.outcome(made[1])[0], forces.of_tick(bones, plant, *made)
 
         end, told = jax.lax.scan(tick, start, length=TICKS)
         return start, end, told

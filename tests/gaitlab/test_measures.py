@@ -1,10 +1,13 @@
 """Figures of a made-up walk that can be worked out by hand."""
 
+import dataclasses
+
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk.gaitlab import measures, signals
+from jaxwalk.gaitlab import energy, measures, signals
 from jaxwalk.gaitlab.forces import Forces
 from jaxwalk.gaitlab.measures import Measured
 from jaxwalk.gaitlab.record import Ticks
@@ -63,7 +66,7 @@ def test_steps_and_times(figures):
     told = {
         "speed": 1.0, "cadence": 120.0, "stride_length": 1.0, "stride_time": 1.0, "step_time": 0.5,
         # The left foot lands 1 m ahead of its old place, 0.55 m ahead of the right one.
-        "step_length": 0.55, "stance_share": 0.6, "double_support_share": 0.2,
+        "step_length": 0.55, "stance_share": 60.0, "double_support_share": 20.0,
     }  # fmt: skip
     assert {name: figures[name] for name in told} == pytest.approx(told, abs=1e-6)
 
@@ -82,9 +85,38 @@ def test_work_against_weight_and_way(figures):
     """Two legs a stride: 24 J given by each ankle, 2 J taken by each hip; 50 kg over 1 m."""
     told = {
         "cost_of_transport": 48 / WEIGHT, "cost_of_transport_net": 44 / WEIGHT,
-        "damping_loss": 1.2 / WEIGHT, "contact_loss": 7 / WEIGHT,
+        "ankle_work_positive": 48 / WEIGHT, "ankle_work_negative": 0.0, "hip_work_negative": 4 / WEIGHT,
+        "knee_work_positive": 0.0, "damping_loss": 1.2 / WEIGHT, "contact_loss": 7 / WEIGHT,
+        # The hip takes 10 W while the ankle of its own leg gives 120.
+        "cost_of_transport_by_leg": 44 / WEIGHT, "swing_work_share": 0.0,
     }  # fmt: skip
     assert {name: figures[name] for name in told} == pytest.approx(told, rel=1e-5)
+    # The passive ankle takes 3 W of the 120, and the filter rings around a rectangle.
+    assert figures["cost_of_transport_filtered"] == pytest.approx(46.8 / WEIGHT, rel=0.05)
+
+
+def test_work_in_the_air_is_told_apart(walk):
+    """Half the ankle's push falls after a toe-off at 49.5 % of the cycle."""
+    early = dataclasses.replace(CYCLE, toe_off=150)
+    told = energy.of_cycle(walk, signals.of_walker(walk, DT, MASS), early, 1.0, DT, MASS)
+    assert told["swing_work_share"] == pytest.approx(50.0)
+
+
+def test_a_spike_is_told_by_its_height_its_filtered_height_and_its_impulse(walk):
+    """10 kN for one tick of 2 ms at touch-down, on top of the body's weight."""
+    timestep, size = 0.002, 1e4 / WEIGHT
+    ground = np.repeat(np.asarray(walk.forces.ground), 5, axis=0)
+    ground[500::500, 0, 1] += 1e4
+    long = jax.tree.map(lambda x: jnp.asarray(np.repeat(np.asarray(x), 5, axis=0)), walk)
+    long = long.replace(forces=long.forces.replace(ground=jnp.asarray(ground)))
+    cycle = Cycle(side=0, start=500, stop=1000, toe_off=800, other=750, double_support=0.2)
+    told = measures.of_cycle(long, signals.of_walker(long, timestep, MASS), cycle, timestep, MASS)
+    assert told["impact_peak"] == pytest.approx(1 + size, rel=1e-4)
+    assert told["impact_impulse"] == pytest.approx(0.02 + size * timestep, rel=1e-4)
+    # The filter's gain is 1 / (1 + (f / 62 Hz)^4): its integral over f, 138 / s, times the impulse; the
+    # step of the body's weight adds its half.
+    assert told["impact_peak_50_hz"] == pytest.approx(0.5 + 138 * size * timestep, rel=0.05)
+    assert told["vertical_loading_peak"] < 0.5 * told["impact_peak_50_hz"]
 
 
 def test_signs_of_moments_and_powers(walk, figures):
