@@ -56,7 +56,7 @@ def _size(row: dict[str, Any], way: str, sign: int) -> str:
     return f"{size:.3g}{'+' if ends else ''}"
 
 
-def prepare(axes: Axes, own: float) -> None:
+def prepare(axes: Axes, own: int | float) -> None:
     """A grey line marks the policy's own value."""
     axes.axvline(own, color="0.85", linewidth=4, zorder=0)
     axes.grid(axis="y", color="0.92")

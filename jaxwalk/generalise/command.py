@@ -13,7 +13,7 @@ from jaxwalk import evaluate, files, runtime, subjects, sweeps
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.cli.generalise import NOBODY
 from jaxwalk.compare import cast
-from jaxwalk.config import to_dict
+from jaxwalk.config import Config, to_dict
 from jaxwalk.evaluate import Programs, Tell
 from jaxwalk.generalise import picture
 from jaxwalk.generalise.circumstances import Circumstance, circumstances
@@ -53,7 +53,7 @@ def generalise(plan: Plan, args: GeneraliseArgs, tell: Tell = lambda what, share
     """
     options = EvaluateArgs(**{name: getattr(args, name) for name in _SHARED})
     programs = Programs(options)
-    own = subjects.load(args.policy).config
+    own = next(subject.config for one, subject in plan if one.own)
     known: dict[str, dict[str, Any]] = {}  # a policy's own circumstance is among each kind's
     rows = []
     for place, (one, subject) in enumerate(plan):
@@ -75,7 +75,7 @@ def generalise(plan: Plan, args: GeneraliseArgs, tell: Tell = lambda what, share
 
 
 def _measured(
-    one: Circumstance, subject: Subject, options: EvaluateArgs, own: Any, programs: Programs
+    one: Circumstance, subject: Subject, options: EvaluateArgs, own: Config, programs: Programs
 ) -> dict[str, Any]:
     ratio = one.push_ratio(own)
     scaled = dataclasses.replace(options, impulses=tuple(ratio * impulse for impulse in options.impulses))

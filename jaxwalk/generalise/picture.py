@@ -26,9 +26,10 @@ _ACROSS = 4  # kinds side by side
 _COLOURS = (sweeps.BLUE, sweeps.ORANGE)  # of the policy, and of the one beside it
 _SHARES = (  # of `sweeps.measured`: label and looks
     ("never_fell", "never fell, unpushed", {"marker": "o", "linestyle": "-"}),
-    ("pushes_survived", "pushes survived", {"marker": "s", "linestyle": "--", "markersize": 5}),
+    ("pushes_survived", "pushes survived", {"marker": "s", "linestyle": "--"}),
 )
-_BESIDE = {"markerfacecolor": "white", "linewidth": 1.2}
+# Wide open marks beneath small full ones: where two policies do alike, both are seen.
+_FIRST, _BESIDE = {"zorder": 3}, {"zorder": 2, "markerfacecolor": "white", "markersize": 9, "linewidth": 1.2}
 
 
 def draw(result: dict[str, Any], path: Path) -> None:
@@ -48,7 +49,7 @@ def draw(result: dict[str, Any], path: Path) -> None:
     for part, band in zip(parts, bands, strict=True):
         _band(part, band, across, rows, names)
     figure.suptitle(
-        f"{result['policy']}, frozen: what changes around it (grey: its own circumstances; all else is them)",
+        f"{result['policy']}, frozen, in other circumstances (grey: its own)",
         fontsize=11, x=0.01, ha="left",
     )  # fmt: skip
     figure.legend(handles=_legend(names), loc="outside lower left", ncols=len(names) + 2, frameon=False)
@@ -66,9 +67,11 @@ def _band(part: SubFigure, kinds: list[str], across: int, rows: Rows, names: lis
             sweeps.prepare(axes, own)
         for name, colour in zip(names, _COLOURS, strict=False):
             one = [row for row in here if row["policy"] == name]
-            _policy(panels[:, column], one, {"color": colour, **(_BESIDE if name != names[0] else {})})
+            _policy(panels[:, column], one, {"color": colour, **(_look(name, names))})
         if kind == "speed":
             panels[0, column].axline((own, own), slope=1, color="0.6", linestyle=":", zorder=0)
+            panels[0, column].annotate("as asked", (own, own), xytext=(4, -12), textcoords="offset points",
+                                       color="0.4", fontsize=8)  # fmt: skip
         panels[2, column].axhline(0, color="0.5", linewidth=0.8)
         panels[2, column].set_xlabel(LABELS[kind])
         values = sorted({row["value"] for row in here})
@@ -80,6 +83,7 @@ def _band(part: SubFigure, kinds: list[str], across: int, rows: Rows, names: lis
 
 
 def _policy(panels: Any, rows: Rows, look: dict[str, Any]) -> None:
+    look = {"markersize": 4.5, **look}
     sweeps.speed(panels[0], rows, **look)
     for name, _, style in _SHARES:
         sweeps.survival(panels[1], rows, name, **look, **style)
@@ -88,9 +92,13 @@ def _policy(panels: Any, rows: Rows, look: dict[str, Any]) -> None:
         sweeps.threshold(axes, rows, way, sign, marker="o", **look)
 
 
+def _look(name: str, names: list[str]) -> dict[str, Any]:
+    return _FIRST if name == names[0] else _BESIDE
+
+
 def _legend(names: list[str]) -> list[Line2D]:
     policies = [
-        Line2D([], [], color=colour, marker="o", label=name, **(_BESIDE if name != names[0] else {}))
+        Line2D([], [], color=colour, marker="o", label=name, **_look(name, names))
         for name, colour in zip(names, _COLOURS, strict=False)
     ]
     return policies + [Line2D([], [], color="0.3", label=label, **style) for _, label, style in _SHARES]
