@@ -34,8 +34,8 @@ def draw(result: dict[str, Any], title: str, path: Path) -> None:
         rows = [row for row in result["rows"] if row["parameter"] == parameter]
         speed, survival, threshold = panels[:, column]
         sweeps.speed(speed, rows)
-        for name, label, style in _SHARES:
-            sweeps.survival(survival, rows, name, label=label, **style)
+        for name, told, style in _SHARES:
+            sweeps.survival(survival, rows, name, label=told, **style)
         for way, style in _WAYS:
             sweeps.threshold(threshold, rows, way, label=way, **style)
         own = next(row["value"] for row in rows if row["own"])
