@@ -32,7 +32,7 @@ def measured(found: dict[str, Any], options: EvaluateArgs) -> dict[str, Any]:
     }
 
 
-COLUMNS = ("up", "m/s", "step, m", "pushed, up", "+ / - N s")
+COLUMNS = ("up", "m/s", "m/step", "pushed, up", "+ / - N s")
 
 
 def cells(row: dict[str, Any]) -> tuple[str, ...]:
@@ -80,7 +80,7 @@ def survival(axes: Axes, rows: Rows, name: str, **style: Any) -> None:
     """The share called ``name`` of `measured`, with its interval."""
     share, low, high = (np.array([row[name][key] for row in rows]) for key in ("share", "low", "high"))
     axes.errorbar(values(rows), share, [share - low, high - share], **{"capsize": 3, **style})
-    axes.set_ylim(-0.03, 1.03)
+    axes.set_ylim(-0.04, 1.06)
 
 
 def threshold(axes: Axes, rows: Rows, way: str, sign: int = 1, **style: Any) -> None:

@@ -106,7 +106,7 @@ def small(tmp_path_factory):
         patch.setattr(trials.walker, "model", lambda *who: made.append(1) or real(*who))
         options = (
             "--walkers 4 --seconds 5 --impulses 10 --phases 1 --only backpack,friction,stature,speed,noise "
-            "--backpacks 15 --frictions 0.02 --statures 2 --speeds 0.8 --noises 0 --beside none"
+            "--backpacks 15 --frictions 0.02 --statures 2 --speeds 0.8 --noises 0 --beside none --engine mujoco"
         )
         assert cli.main(["generalise", "fixed", "--out", str(out), *options.split()]) == 0
     rows = json.loads((out / "generalise.json").read_text())["rows"]
