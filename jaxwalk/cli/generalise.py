@@ -43,15 +43,15 @@ class GeneraliseArgs:
     Default: all."""
     statures: Numbers = (1.4, 1.6, 2.0, 2.3)
     """Statures, m; mass goes with the cube, and the pushes with the body."""
-    masses: Numbers = (55.0, 100.0)
+    masses: Numbers = (100.0,)
     """Masses at one stature, kg; the pushes go with them."""
     backpacks: Numbers = (10.0, 20.0)
     """Masses of a pack on the back, kg."""
     front_packs: Numbers = (10.0, 25.0)
     """Masses of a pack in front, kg."""
-    forces: Numbers = (-30.0, -15.0, 15.0, 30.0)
-    """Steady horizontal forces on the torso, N; positive ones push forward."""
-    frictions: Numbers = (0.3, 0.5, 1.2)
+    forces: Numbers = (-30.0, 30.0)
+    """Steady horizontal forces on the torso, N; positive ones push forward. 30 N on 75 kg are a slope of 4 %."""
+    frictions: Numbers = (0.3, 0.5)
     """Sliding frictions between sole and floor."""
     noises: Numbers = (0.0, 2.0, 4.0)
     """Scales of the sensors' noise."""
@@ -59,7 +59,7 @@ class GeneraliseArgs:
     """Speeds that are asked for, m/s."""
     walkers: int = 64
     """Walkers in the test of undisturbed walking."""
-    seconds: float = 8.0
+    seconds: float = 7.0
     """How long they walk, s; the first 3 are not measured."""
     impulses: Impulses = (-80.0, -60.0, -40.0, -20.0, 20.0, 40.0, 55.0, 70.0)
     """Pushes to try on the policy's own body, N s, with commas between; positive ones push forward."""

@@ -128,7 +128,7 @@ def _print(console: Console, rows: list[dict[str, Any]]) -> None:
     for name in dict.fromkeys(row["policy"] for row in rows):
         columns = ("(* own)", *sweeps.COLUMNS, "N s/kg", "asked")
         title = f"{name} (asked: speed / speed asked for; N s+: or more, the grid ends)"
-        screen = Table(*columns, title=title, box=box.SIMPLE, padding=(0, 1, 0, 0), pad_edge=False)
+        screen = Table(*columns, title=title, box=box.SIMPLE, padding=0, pad_edge=False)
         for row in (row for row in rows if row["policy"] == name):
             what = f"{row['kind'].replace('_', ' ')} {row['value']:g}{'*' if row['own'] else ''}"
             each = ("-" if size is None else f"{size:.2f}" for size in row["threshold_per_kg"].values())
