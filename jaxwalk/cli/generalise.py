@@ -50,7 +50,7 @@ class GeneraliseArgs:
     front_packs: Numbers = (10.0, 25.0)
     """Masses of a pack in front, kg."""
     forces: Numbers = (-30.0, 30.0)
-    """Steady horizontal forces on the torso, N; positive ones push forward. 30 N on 75 kg are a slope of 4 %."""
+    """Steady horizontal forces on the torso, N; positive ones push forward. 30 N on 75 kg: a slope of 4 %."""
     frictions: Numbers = (0.3, 0.5)
     """Sliding frictions between sole and floor."""
     noises: Numbers = (0.0, 2.0, 4.0)
