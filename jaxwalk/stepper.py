@@ -137,12 +137,17 @@ def decide(stepper: Stepper, action: Float[Array, "2"]) -> Stepper:
     return select(stepper.asked, decided, stepper)
 
 
-def tick(task: Task, model: walker.Model, stepper: Stepper) -> Stepper:
+def tick(
+    task: Task, model: walker.Model, stepper: Stepper, white: Float[Array, "18"] | None = None
+) -> Stepper:
     """One physics step; at a touch-down or a fall the footstep closes into ``last``.
 
     A walker that is done stays as it is.
+
+    Args:
+      white: as for `walker.tick`.
     """
-    state, event = walker.tick(task.setup, model, stepper.walker)
+    state, event = walker.tick(task.setup, model, stepper.walker, white)
     seconds = jnp.maximum(event.step_seconds, task.setup.timestep)
     speed_sum = stepper.speed_sum + state.estimate.speed
     speed = speed_sum * task.setup.timestep / seconds

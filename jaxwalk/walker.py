@@ -217,7 +217,7 @@ def has_fallen(setup: Setup, walker: Walker) -> Bool[Array, ""]:
 
 
 def move(
-    setup: Setup, model: Model, plant: physics.Plant, command: Float[Array, "6"], push: Float[Array, "2"]
+    setup: Setup, model: Model, plant: physics.Plant, command: Float[Array, "6"], push: Float[Array, "7 2"]
 ) -> tuple[physics.Plant, physics.Readings]:
     """One tick of the plant alone, by ``setup``'s engine (see `physics.step`)."""
     if isinstance(model, Similarity):
@@ -225,19 +225,35 @@ def move(
     return physics.step(setup.body, setup.physics, model, plant, command, push)
 
 
-def tick(setup: Setup, model: Model, walker: Walker) -> tuple[Walker, Event]:
+def noise(walker: Walker, ticks: int) -> Float[Array, "{ticks} 18"]:
+    """[ticks, 18] the instruments' white noise of its next ticks.
+
+    Drawn ahead for many ticks it costs little; drawn tick by tick, a sixth of the whole loop.
+    """
+    return jax.vmap(lambda tick: sensors.white(jax.random.fold_in(walker.key, tick)))(
+        walker.tick + jnp.arange(ticks)
+    )
+
+
+def tick(
+    setup: Setup, model: Model, walker: Walker, white: Float[Array, "18"] | None = None
+) -> tuple[Walker, Event]:
     """One physics step of the closed loop.
 
     At a touch-down the gait's clock restarts and toe-off begins; the step's
     length and duration stay the last ones until `decide`, which early swing awaits.
+
+    Args:
+      white: this tick's row of `noise`, if it was drawn ahead.
     """
     who, numbers = walker.person, walker.person.gait
     bones = skeleton(setup, who)
     command = controllers.command(numbers, bones, walker.gait, walker.estimate)
-    push = pushes.wrench(walker.push, walker.tick, walker.plant.qpos[2])
-    plant, readings = move(setup, model, walker.plant, command, push)
-    noise_key = jax.random.fold_in(walker.key, walker.tick)
-    state, estimate = sensors.measure(setup.sensors, setup.timestep, walker.sensors, readings, noise_key)
+    push = pushes.met(walker.push, walker.tick, walker.gait.stance)
+    loads = pushes.loads(push, walker.tick, walker.plant.qpos[2])
+    plant, readings = move(setup, model, walker.plant, command, loads)
+    white = noise(walker, 1)[0] if white is None else white
+    state, estimate = sensors.measure(setup.sensors, setup.timestep, walker.sensors, readings, white)
 
     clock = walker.gait.replace(elapsed=walker.gait.elapsed + setup.timestep)
     where = (numbers, bones, clock, estimate)
@@ -255,6 +271,7 @@ def tick(setup: Setup, model: Model, walker: Walker) -> tuple[Walker, Event]:
         sensors=state,
         estimate=estimate,
         gait=jax.tree.map(lambda new, old: jnp.where(landed, new, old), restarted, clock),
+        push=push,
         tick=walker.tick + 1,
     )
     finite = jnp.all(jnp.isfinite(plant.qpos)) & jnp.all(jnp.isfinite(plant.qvel))

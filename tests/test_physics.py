@@ -53,7 +53,7 @@ def replay(setup):
 
         def tick(plant, told):
             command, now = told
-            force = pushes.wrench(push, now, plant.qpos[2])
+            force = pushes.loads(push, now, plant.qpos[2])
             plant, readings = walker.move(setup, model, plant, command, force)
             return plant, (plant, readings)
 

@@ -45,7 +45,7 @@ def of_tick(
       command: as for `physics.step`.
     """
     made_with, data = physics.advance(
-        setup.body, setup.physics, model, plant, command, jnp.zeros(2, jnp.float32)
+        setup.body, setup.physics, model, plant, command, jnp.zeros((7, 2), jnp.float32)
     )
     gained = data.qvel - plant.qvel
     torque = data.actuator_force + made_with.actuator_biasprm[:, 2] * gained[3:]

@@ -41,7 +41,7 @@ def flown():
 
         def tick(plant, _):
             told = forces.of_tick(SETUP, model, bones, plant, command)
-            after, _ = physics.step(CONFIG.body, CONFIG.physics, model, plant, command, jnp.zeros(2))
+            after, _ = physics.step(CONFIG.body, CONFIG.physics, model, plant, command, jnp.zeros((7, 2)))
             return after, told
 
         end, told = jax.lax.scan(tick, start, length=TICKS)

@@ -91,8 +91,10 @@ def test_a_map_in_pieces_and_interrupted_is_the_same_map(whole, tmp_path, monkey
     [
         (["--impulses", "10,-10"], "--impulses 10,-10: give ascending"),
         (["--impulses", ""], "no list of impulses"),
-        (["--heights", "0,0"], "--heights 0,0: give ascending"),
-        (["--heights", "7"], "--heights 7: give -1 to 1 m"),
+        (["--points", "torso,torso+0"], "--points torso,torso: give each point once"),
+        (["--points", "torso+7"], "--points torso 7: give -1 to 1 m"),
+        (["--points", "torso,left-thigh"], "'left-thigh' is no point on the body"),
+        (["--points", ""], "'' is no point on the body"),
         (["--durations", "0"], "--durations 0"),
         (["--chunk", "0"], "--chunk 0: give a whole number"),
     ],
