@@ -253,6 +253,10 @@ class Runner:
       act: the policy on one observation; ``run``'s ``params`` are passed to it.
       batch: trials advanced together; rounded up to a multiple of the devices.
       mesh: of the devices; default all. ``params`` that live on devices must live on these.
+
+    Attributes:
+      begin: the program (numbers, scenarios [batch]) -> trials [batch] at their start.
+      advance: the program (params, profile, windows, trials [batch]) -> trials, in the same memory.
     """
 
     def __init__(self, task: Task, act: Act, batch: int, mesh: Mesh | None = None) -> None:
@@ -261,9 +265,9 @@ class Runner:
         self.task = task = dataclasses.replace(task, episode_ticks=pushes.NEVER)
         self.batch = -(-batch // mesh.size) * mesh.size
         self._window_seconds = task.setup.timestep * task.setup.window_ticks
-        self._begin = devices.spread(lambda n, s: jax.vmap(partial(begin, task, n))(s), mesh, (False, True))
+        self.begin = devices.spread(lambda n, s: jax.vmap(partial(begin, task, n))(s), mesh, (False, True))
         each = partial(advance, task, act)
-        self._advance = devices.spread(
+        self.advance = devices.spread(
             lambda p, f, w, t: jax.vmap(lambda one: each(p, f, w, one))(t), mesh, (False, False, False, True)
         )
 
@@ -305,9 +309,9 @@ class Runner:
         for part in range(parts):
             # The last part is filled up with trials that nobody reads.
             index = np.arange(part * self.batch, (part + 1) * self.batch) % count
-            trials = self._begin(numbers, jax.tree.map(itemgetter(index), scenarios))
+            trials = self.begin(numbers, jax.tree.map(itemgetter(index), scenarios))
             for segment in range(segments):
-                trials = self._advance(params, profile, jnp.int32(windows), trials)
+                trials = self.advance(params, profile, jnp.int32(windows), trials)
                 jax.block_until_ready(trials.tally.seconds)
                 tell((part * segments + segment + 1) / (parts * segments))
             done.append(jax.device_get(_without_keys(trials)))
