@@ -45,7 +45,8 @@ def draw(result: dict[str, Any], title: str, path: Path) -> None:
     for axes in panels[:, 0]:
         axes.set_ylabel("impulse, N s (forward positive)")
     told = max(panels.flat, key=lambda axes: len(axes.get_legend_handles_labels()[1]))
-    told.legend(fontsize=7, loc="center right", framealpha=0.9)
+    free = panels.flat[-1] if len(shown) < panels.size else told
+    free.legend(*told.get_legend_handles_labels(), fontsize=7, loc="center right", framealpha=0.9)
     figure.colorbar(image, ax=panels, label="share that survives", shrink=0.8)
     figure.suptitle(title, fontsize=11, x=0.01, ha="left")
     plots.write_png(figure, path)
