@@ -36,7 +36,8 @@ class PushMapArgs:
     replicas: int = 8
     """Walkers for each combination."""
     chunk: int = 512
-    """Trials in one program: what bounds the memory. The result does not depend on it, but for rounding."""
+    """Trials in one program: what bounds the memory. Pushes, starts and noise do not depend on it, nor on the
+    number of devices; programs of other sizes round otherwise, which can turn a trial on the brink."""
     engine: Engine = "mjx"
     """What moves the walkers: mjx, or mujoco (C MuJoCo in doubles, solved to convergence)."""
     seed: int = 0
