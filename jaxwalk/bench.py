@@ -1,8 +1,8 @@
-"""How fast it is: bare ``mjx.step``, the whole tick and the training loop, side by side.
+"""How fast it is: bare ``mjx.step``, the whole tick, the push map and the training loop, side by side.
 
-All three advance the same bodies by the same number of ticks a call, split over all devices. They
+All four advance the same bodies by the same number of ticks a call, split over all devices. They
 take turns, round by round, and medians are reported, so that a machine that slows down or is
-shared slows all three.
+shared slows all of them.
 """
 
 from __future__ import annotations
@@ -26,19 +26,33 @@ from mujoco import mjx
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import controllers, devices, files, footstep, physics, pushes, runtime, stepper, walker, windows
+from jaxwalk import (
+    controllers,
+    devices,
+    files,
+    footstep,
+    physics,
+    pushes,
+    runtime,
+    scenarios,
+    stepper,
+    subjects,
+    walker,
+    windows,
+)
 from jaxwalk.config import Config, to_dict
 from jaxwalk.devices import AXIS
 from jaxwalk.errors import UserError
 from jaxwalk.presets import PRESETS
 from jaxwalk.stepper import Stepper, Task
 from jaxwalk.train import loop
+from jaxwalk.trials import BINS, Profile, Runner
 from jaxwalk.walker import Walker
 
 if TYPE_CHECKING:
     from jaxwalk.cli.bench import BenchArgs
 
-BARE, TICK, LOOP = "mjx_step", "tick", "training_loop"
+BARE, TICK, MAP, LOOP = "mjx_step", "tick", "push_map", "training_loop"
 MIN_ROUNDS = 3
 SETTLE_CALLS = 3  # of the tick, from the start to steady walking
 _CACHE_HIT = "/jax/compilation_cache/cache_hits"
@@ -124,11 +138,12 @@ class _Hits:
 
 
 def measure(config: Config, seconds: float, seed: int, tell: Callable[[str], None]) -> dict[str, Program]:
-    """The three programs, each timed for ``seconds`` or `MIN_ROUNDS` calls, whichever is more.
+    """The four programs, each timed for ``seconds`` or `MIN_ROUNDS` calls, whichever is more.
 
     The bare step and the tick begin every call with the same walkers in mid-step, unpushed, who
     have walked for `SETTLE_CALLS` calls; the bare step then replays the tick's own joint commands,
-    so both go through the same motion and the same contacts. The loop goes on training.
+    so both go through the same motion and the same contacts. The map is that of the shipped policy; its
+    walkers, of the configured size, go on walking unpushed, as the loop goes on training.
 
     Args:
       tell: called with what is under way.
@@ -157,8 +172,19 @@ def measure(config: Config, seconds: float, seed: int, tell: Callable[[str], Non
     stepped = _sharded(partial(bare_steps, config, task), mesh)
     bare, bare_cost = build(BARE, stepped, steppers.walker, commands)
 
+    mapper = subjects.load(subjects.SHIPPED)
+    runner = Runner(Task.of(mapper.config), mapper.act, config.train.walkers, mesh)
+    nobody = np.zeros(config.train.walkers, np.float32)
+    starts = scenarios.batch(mapper.config, nobody, nobody, keys)
+    profile = Profile(jnp.zeros(BINS), jnp.float32(0.6))
+    trials = runner.begin(mapper.config.gait, starts)
+    told = (mapper.params, profile, jnp.int32(count))
+    further, map_cost = build(MAP, runner.advance, *told, trials)
+
     state = loop.init(config, mesh, seed)
     advance, loop_cost = build(LOOP, loop.make(config, mesh), state)
+    for _ in range(SETTLE_CALLS):
+        trials = further(*told, trials)
     tell("filling the replay")
     while float(state.learner.updates) == 0:
         state = advance(state)
@@ -170,6 +196,12 @@ def measure(config: Config, seconds: float, seed: int, tell: Callable[[str], Non
     def run_tick() -> tuple[float, float]:
         return float(np.sum(jax.block_until_ready(tick(steppers))[1])), 0.0
 
+    def run_map() -> tuple[float, float]:
+        nonlocal trials
+        before = float(np.sum(trials.touchdowns))
+        trials = jax.block_until_ready(further(*told, trials))
+        return float(np.sum(trials.touchdowns)) - before, 0.0
+
     def run_loop() -> tuple[float, float]:
         nonlocal state
         before = float(state.learner.updates)
@@ -179,6 +211,7 @@ def measure(config: Config, seconds: float, seed: int, tell: Callable[[str], Non
     programs = {
         BARE: Program(run_bare, *bare_cost),
         TICK: Program(run_tick, *tick_cost),
+        MAP: Program(run_map, *map_cost),
         LOOP: Program(run_loop, *loop_cost),
     }
     while any(len(p.seconds) < MIN_ROUNDS or sum(p.seconds) < seconds for p in programs.values()):
@@ -236,7 +269,7 @@ def bench(args: BenchArgs, tell: Callable[[str], None] = lambda what: None) -> d
         }
     rates = {name: row["physics_steps_per_second"] for name, row in result["programs"].items()}
     return result | {
-        "ratios": {f"{name}/{BARE}": rates[name] / rates[BARE] for name in (TICK, LOOP)},
+        "ratios": {f"{name}/{BARE}": rates[name] / rates[BARE] for name in (TICK, MAP, LOOP)},
         "walkers": args.walkers,
         "ticks_per_call": ticks,
         "memory": _memory(),

@@ -40,7 +40,7 @@ def step(
     body: Similarity,
     plant: Plant,
     command: Float[Array, "6"],
-    push: Float[Array, "2"],
+    push: Float[Array, "7 2"],
     burden: Burden | None = None,
 ) -> tuple[Plant, Readings]:
     """One tick, as `jaxwalk.physics.step` makes it.
@@ -49,7 +49,7 @@ def step(
       config: the table of the body; its height and mass are ``body``'s.
       physics: its solver settings are not used, see `converged`.
       command: [6] hip rate (rad/s), knee angle (rad), ankle torque (N m); left, then right.
-      push: [2] forward force at the torso's centre of mass (N) and pitching moment (N m).
+      push: [7, 2] forward force (N) and pitching moment (N m) at each segment's centre of mass.
       burden: its pack and floor; its force is part of ``push``.
 
     Returns:
@@ -114,7 +114,7 @@ def _batch(
     known = {size: _model(config, physics, *size) for size in set(sizes)}
     models = [known[size] for size in sizes]
     wrench = np.zeros((len(models), models[0].nbody, 6))
-    wrench[:, 1, [0, 4]] = np.asarray(push).reshape(-1, 2)
+    wrench[:, 1:, [0, 4]] = np.asarray(push).reshape(len(models), -1, 2)
     before = np.concatenate([*told, wrench.reshape(len(models), -1)], axis=1)
     after = np.full((len(models), 27), np.nan)
     sensed = np.full((len(models), models[0].nsensordata), np.nan)

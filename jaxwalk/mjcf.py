@@ -17,6 +17,9 @@ SIDES = ("left", "right")
 JOINTS = ("root_x", "root_z", "root_pitch") + tuple(
     f"{joint}_{side}" for side in SIDES for joint in ("hip", "knee", "ankle")
 )
+SEGMENTS = ("torso",) + tuple(
+    f"{segment}_{side}" for side in SIDES for segment in ("thigh", "shank", "foot")
+)  # the bodies, after the world
 DRAWN, COLLIDES = 1, 3  # geom groups: boxes are drawn, spheres collide
 SOLE_RADIUS = 0.01  # fraction of height
 

@@ -170,7 +170,7 @@ def advance(
     model: mjx.Model,
     plant: Plant,
     command: Float[Array, "6"],
-    push: Float[Array, "2"],
+    push: Float[Array, "7 2"],
 ) -> tuple[mjx.Model, mjx.Data]:
     """One tick, with all that MJX knows of it.
 
@@ -183,13 +183,14 @@ def advance(
     """
     data = _constants(_template_on_host(config, physics))
     model = _saturated(model, plant, command)
-    wrench = jnp.zeros((model.nbody, 6)).at[1, 0].set(push[0]).at[1, 4].set(push[1])
+    nought = jnp.zeros(len(mjcf.SEGMENTS))
+    wrench = jnp.stack([push[:, 0], nought, nought, nought, push[:, 1], nought], axis=1)
     data = data.replace(
         qpos=plant.qpos,
         qvel=plant.qvel,
         qacc_warmstart=plant.warmstart,
         ctrl=command,
-        xfrc_applied=wrench,
+        xfrc_applied=jnp.concatenate([jnp.zeros((1, 6)), wrench]),  # nobody pushes the world
     )
     return model, mjx.step(model, data)
 
@@ -206,13 +207,13 @@ def step(
     model: mjx.Model,
     plant: Plant,
     command: Float[Array, "6"],
-    push: Float[Array, "2"],
+    push: Float[Array, "7 2"],
 ) -> tuple[Plant, Readings]:
     """One tick.
 
     Args:
       command: [6] hip rate (rad/s), knee angle (rad), ankle torque (N m); left, then right.
-      push: [2] forward force at the torso's centre of mass (N) and pitching moment (N m).
+      push: [7, 2] forward force (N) and pitching moment (N m) at each segment's centre of mass.
     """
     _, data = advance(config, physics, model, plant, command, push)
     return outcome(data)

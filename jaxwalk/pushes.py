@@ -1,10 +1,12 @@
-"""Pushes: an impulse delivered as a constant force over a duration, somewhere on the torso."""
+"""Pushes: an impulse delivered as a constant force over a duration, somewhere on the body."""
 
 from __future__ import annotations
 
 import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Bool, Float, Int
+
+from jaxwalk.points import PLACES
 
 
 @struct.dataclass
@@ -15,21 +17,28 @@ class Push:
       start: tick at which it begins (far future: none).
       ticks: how many ticks it lasts.
       force: N, forward positive.
-      height: of the point pushed above the torso's centre, m.
+      height: of the point pushed above the torso's centre, m; not looked at on a leg.
+      place: the segment pushed, an index into `points.PLACES`; a leg's at its centre of mass.
+      stance: the leg that was in stance when it began, 0 left, 1 right.
     """
 
     start: Int[Array, ""]
     ticks: Int[Array, ""]
     force: Float[Array, ""]
     height: Float[Array, ""]
+    place: Int[Array, ""]
+    stance: Int[Array, ""]
 
 
 NEVER = 2**30
+TORSO = PLACES.index("torso")
 
 
 def none() -> Push:
     """No push."""
-    return Push(jnp.int32(NEVER), jnp.int32(1), jnp.float32(0), jnp.float32(0))
+    return Push(
+        jnp.int32(NEVER), jnp.int32(1), jnp.float32(0), jnp.float32(0), jnp.int32(TORSO), jnp.int32(0)
+    )
 
 
 def whole_ticks(duration: float, timestep: float) -> int:
@@ -44,12 +53,14 @@ def of_impulse(
     timestep: float,
     height: Float[Array, ""],
 ) -> Push:
-    """A push of ``impulse`` N s spread over the whole ticks nearest to ``duration`` s.
+    """A push on the torso of ``impulse`` N s spread over the whole ticks nearest to ``duration`` s.
 
     The force is set by the ticks it really lasts, so the impulse asked for is delivered.
     """
     ticks = whole_ticks(duration, timestep)
-    return Push(start, jnp.int32(ticks), impulse / (ticks * timestep), height)
+    return none().replace(
+        start=start, ticks=jnp.int32(ticks), force=impulse / (ticks * timestep), height=height
+    )
 
 
 def active(push: Push, tick: Int[Array, ""]) -> Bool[Array, ""]:
@@ -57,7 +68,24 @@ def active(push: Push, tick: Int[Array, ""]) -> Bool[Array, ""]:
     return (tick >= push.start) & (tick < push.start + push.ticks)
 
 
-def wrench(push: Push, tick: Int[Array, ""], pitch: Float[Array, ""]) -> Float[Array, "2"]:
-    """[2] forward force (N) and pitching moment about the torso's centre of mass (N m)."""
+def met(push: Push, tick: Int[Array, ""], stance: Int[Array, ""]) -> Push:
+    """The push as ``tick`` finds it: when it begins, it settles on a leg and keeps to it.
+
+    Args:
+      stance: the leg in stance, 0 left, 1 right.
+    """
+    return push.replace(stance=jnp.where(tick == push.start, stance, push.stance))
+
+
+def loads(push: Push, tick: Int[Array, ""], pitch: Float[Array, ""]) -> Float[Array, "7 2"]:
+    """[7, 2] forward force (N) at each segment's centre of mass and pitching moment about it (N m).
+
+    Segments in the order of `mjcf.SEGMENTS`: torso, then thigh, shank and foot, left and right.
+    """
     force = jnp.where(active(push, tick), push.force, 0.0)
-    return jnp.stack([force, force * push.height * jnp.cos(pitch)])
+    torso = push.place == TORSO
+    of_leg = push.place - 1  # thigh and shank of the stance leg, then of the swing leg
+    leg = jnp.where(of_leg < 2, push.stance, 1 - push.stance)
+    segment = jnp.where(torso, 0, 1 + 3 * leg + of_leg % 2)
+    moment = jnp.where(torso, force * push.height * jnp.cos(pitch), 0.0)
+    return jnp.where((jnp.arange(7) == segment)[:, None], jnp.stack([force, moment]), 0.0)

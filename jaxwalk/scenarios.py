@@ -23,6 +23,7 @@ def batch(
     keys: Array,
     push_height: np.ndarray | float = 0.0,
     push_seconds: np.ndarray | float | None = None,
+    push_place: np.ndarray | int = pushes.TORSO,
     burden: Burden | None = None,
 ) -> Scenario:
     """[N] scenarios.
@@ -31,6 +32,7 @@ def batch(
       impulse, phase: [N] N s and share of the step; an impulse of 0 is no push.
       keys: [N] of the starts and the noise.
       push_height: m above the torso's centre. push_seconds: default as configured.
+      push_place: segment pushed, as in `pushes.Push`.
       burden: what all bear.
     """
     count = len(impulse)
@@ -48,6 +50,7 @@ def batch(
         impulse=all_of(impulse),
         push_ticks=jnp.asarray(ticks, jnp.int32),
         push_height=all_of(push_height),
+        push_place=jnp.asarray(np.broadcast_to(np.asarray(push_place, np.int32), count)),
         phase=all_of(phase),
         key=keys,
         burden=jax.tree.map(all_of, burden),

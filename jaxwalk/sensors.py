@@ -106,11 +106,20 @@ def start(
     )
 
 
+def white(key: PRNGKeyArray) -> Float[Array, "18"]:
+    """One tick's noise of every instrument, each of unit variance."""
+    return jax.random.normal(key, (18,))
+
+
 def measure(
-    config: SensorConfig, timestep: float, state: SensorState, readings: Readings, key: PRNGKeyArray
+    config: SensorConfig,
+    timestep: float,
+    state: SensorState,
+    readings: Readings,
+    noise: Float[Array, "18"],
 ) -> tuple[SensorState, Estimate]:
-    """One tick of every instrument."""
-    white = state.noise * jax.random.normal(key, (18,))
+    """One tick of every instrument; ``noise`` is of `white`."""
+    white = state.noise * noise
     velocity = readings.velocity[0]
     acceleration = (velocity - state.last_velocity) / timestep
     measured = jnp.stack(

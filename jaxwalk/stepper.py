@@ -139,12 +139,17 @@ def decide(stepper: Stepper, action: Float[Array, "2"]) -> Stepper:
     return select(stepper.asked, decided, stepper)
 
 
-def tick(task: Task, model: walker.Model, stepper: Stepper) -> Stepper:
+def tick(
+    task: Task, model: walker.Model, stepper: Stepper, white: Float[Array, "18"] | None = None
+) -> Stepper:
     """One physics step; at a touch-down or a fall the footstep closes into ``last``.
 
     A walker that is done stays as it is.
+
+    Args:
+      white: as for `walker.tick`.
     """
-    return moved(task, stepper, *walker.tick(task.setup, model, stepper.walker))
+    return moved(task, stepper, *walker.tick(task.setup, model, stepper.walker, white))
 
 
 def moved(task: Task, stepper: Stepper, state: Walker, event: walker.Event) -> Stepper:

@@ -44,6 +44,7 @@ class Scenario:
       impulse: N s, forward positive; 0 for none.
       push_ticks: how long it lasts.
       push_height: above the torso's centre, m.
+      push_place: segment pushed, as in `pushes.Push`.
       phase: of the step at which it begins, 0..1.
       key: of the start and the noise.
       burden: what it bears that its controllers do not know of; None for nothing.
@@ -55,6 +56,7 @@ class Scenario:
     impulse: Float[Array, ""]
     push_ticks: Int[Array, ""]
     push_height: Float[Array, ""]
+    push_place: Int[Array, ""]
     phase: Float[Array, ""]
     key: PRNGKeyArray
     burden: Burden | None = None
@@ -141,6 +143,7 @@ def begin(task: Task, numbers: GaitConfig, scenario: Scenario) -> Trial:
         ticks=scenario.push_ticks,
         force=scenario.impulse / (scenario.push_ticks * task.setup.timestep),
         height=scenario.push_height,
+        place=scenario.push_place,
     )
     state = state.replace(walker=state.walker.replace(push=push))
     zero, bins = jnp.zeros(()), jnp.zeros(BINS)
@@ -167,9 +170,9 @@ def begin(task: Task, numbers: GaitConfig, scenario: Scenario) -> Trial:
     return Trial(scenario, state, jnp.int32(0), tally, zero, jnp.ones(()), state.observation)
 
 
-def _tick(task: Task, profile: Profile, model, trial: Trial) -> Trial:
+def _tick(task: Task, profile: Profile, model, trial: Trial, white: Float[Array, "18"]) -> Trial:
     before, dt = trial.state, task.setup.timestep
-    after = stepper.tick(task, model, before)
+    after = stepper.tick(task, model, before, white)
     landed = after.asked & ~before.asked
     touchdowns = trial.touchdowns + landed.astype(jnp.int32)
     body = after.walker
@@ -230,16 +233,18 @@ def _count(
     )
 
 
-def advance(task: Task, act: Act, windows: int, params: Params, profile: Profile, trial: Trial) -> Trial:
+def advance(
+    task: Task, act: Act, params: Params, profile: Profile, windows: Int[Array, ""], trial: Trial
+) -> Trial:
     """One trial, ``windows`` decision windows further; the policy is asked at each one's start."""
+    count = task.setup.window_ticks
     model = walker.model(task.setup, trial.state.walker.person)
 
     def window(_, trial: Trial) -> Trial:
         answered = stepper.decide(trial.state, act(params, trial.state.observation))
         trial = trial.replace(state=answered)
-        return jax.lax.fori_loop(
-            0, task.setup.window_ticks, lambda _, t: _tick(task, profile, model, t), trial
-        )
+        white = walker.noise(answered.walker, count)
+        return jax.lax.fori_loop(0, count, lambda i, t: _tick(task, profile, model, t, white[i]), trial)
 
     return jax.lax.fori_loop(0, windows, window, trial)
 
@@ -252,6 +257,10 @@ class Runner:
       act: the policy on one observation; ``run``'s ``params`` are passed to it.
       batch: trials advanced together; rounded up to a multiple of the devices.
       mesh: of the devices; default all. ``params`` that live on devices must live on these.
+
+    Attributes:
+      begin: the program (numbers, scenarios [batch]) -> trials [batch] at their start.
+      advance: the program (params, profile, windows, trials [batch]) -> trials, in the same memory.
     """
 
     def __init__(self, task: Task, act: Act, batch: int, mesh: Mesh | None = None) -> None:
@@ -259,12 +268,23 @@ class Runner:
         # A trial ends by falling or when it is over, never by an episode's time limit.
         self.task = task = dataclasses.replace(task, episode_ticks=pushes.NEVER)
         self.batch = -(-batch // mesh.size) * mesh.size
-        self._windows = max(1, round(1.0 / (task.setup.timestep * task.setup.window_ticks)))
-        self._begin = devices.spread(lambda n, s: jax.vmap(partial(begin, task, n))(s), mesh, (False, True))
-        each = partial(advance, task, act, self._windows)
-        self._advance = devices.spread(
-            lambda p, f, t: jax.vmap(lambda one: each(p, f, one))(t), mesh, (False, False, True)
+        self._window_seconds = task.setup.timestep * task.setup.window_ticks
+        self.begin = devices.spread(lambda n, s: jax.vmap(partial(begin, task, n))(s), mesh, (False, True))
+        each = partial(advance, task, act)
+        self.advance = devices.spread(
+            lambda p, f, w, t: jax.vmap(lambda one: each(p, f, w, one))(t), mesh, (False, False, False, True)
         )
+
+    def _segments(self, seconds: float) -> tuple[int, int]:
+        """(segments of at most a second, decision windows in each): ``seconds`` or little more."""
+        windows = max(1, int(np.ceil(seconds / self._window_seconds - 1e-6)))
+        segments = max(1, int(np.ceil(windows * self._window_seconds - 1e-6)))
+        return segments, -(-windows // segments)
+
+    def ticks(self, seconds: float) -> int:
+        """How many of each trial `run` computes for ``seconds``."""
+        segments, windows = self._segments(seconds)
+        return segments * windows * self.task.setup.window_ticks
 
     def run(
         self,
@@ -275,7 +295,7 @@ class Runner:
         seconds: float,
         tell: Callable[[float], None] = lambda share: None,
     ) -> Trial:
-        """Advance [N] scenarios by ``seconds``, rounded up to whole segments.
+        """Advance [N] scenarios by ``seconds``, rounded up to equal segments of whole windows.
 
         Args:
           params: the policy's.
@@ -288,17 +308,14 @@ class Runner:
         """
         count = scenarios.impulse.shape[0]
         parts = -(-count // self.batch)
-        setup = self.task.setup
-        segments = max(
-            1, int(np.ceil(seconds / (self._windows * setup.window_ticks * setup.timestep) - 1e-9))
-        )
+        segments, windows = self._segments(seconds)
         done = []
         for part in range(parts):
             # The last part is filled up with trials that nobody reads.
             index = np.arange(part * self.batch, (part + 1) * self.batch) % count
-            trials = self._begin(numbers, jax.tree.map(itemgetter(index), scenarios))
+            trials = self.begin(numbers, jax.tree.map(itemgetter(index), scenarios))
             for segment in range(segments):
-                trials = self._advance(params, profile, trials)
+                trials = self.advance(params, profile, jnp.int32(windows), trials)
                 jax.block_until_ready(trials.tally.seconds)
                 tell((part * segments + segment + 1) / (parts * segments))
             done.append(jax.device_get(_without_keys(trials)))

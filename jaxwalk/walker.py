@@ -224,7 +224,7 @@ def has_fallen(setup: Setup, walker: Walker) -> Bool[Array, ""]:
 
 
 def move(
-    setup: Setup, model: Model, plant: physics.Plant, command: Float[Array, "6"], push: Float[Array, "2"]
+    setup: Setup, model: Model, plant: physics.Plant, command: Float[Array, "6"], push: Float[Array, "7 2"]
 ) -> tuple[physics.Plant, physics.Readings]:
     """One tick of the plant alone, by ``setup``'s engine (see `physics.step`)."""
     if isinstance(model, Person):
@@ -232,36 +232,59 @@ def move(
     return physics.step(setup.body, setup.physics, model, plant, command, push)
 
 
-def drive(setup: Setup, walker: Walker) -> tuple[Float[Array, "6"], Float[Array, "2"]]:
-    """What acts on the plant in the coming tick: the controllers' command, and the push (see `move`)."""
+def drive(setup: Setup, walker: Walker) -> tuple[Float[Array, "6"], Float[Array, "7 2"]]:
+    """What acts on the plant in the coming tick: the controllers' command, and the loads (see `move`)."""
     who = walker.person
     command = controllers.command(who.gait, skeleton(setup, who), walker.gait, walker.estimate)
-    push = pushes.wrench(walker.push, walker.tick, walker.plant.qpos[2])
+    push = pushes.met(walker.push, walker.tick, walker.gait.stance)
+    loads = pushes.loads(push, walker.tick, walker.plant.qpos[2])
     if who.burden is not None:
         torso = _reference_body(setup).torso.mass * who.ratio.mass
-        push = burdens.felt(who.burden, torso, push, walker.plant.qpos[2])
-    return command, push
+        loads = loads.at[0].set(burdens.felt(who.burden, torso, loads[0], walker.plant.qpos[2]))
+    return command, loads
 
 
-def tick(setup: Setup, model: Model, walker: Walker) -> tuple[Walker, Event]:
-    """One physics step of the closed loop."""
-    command, push = drive(setup, walker)
-    plant, readings = move(setup, model, walker.plant, command, push)
-    return moved(setup, walker, plant, readings)
+def noise(walker: Walker, ticks: int) -> Float[Array, "{ticks} 18"]:
+    """[ticks, 18] the instruments' white noise of its next ticks.
+
+    Drawn ahead for many ticks it costs little; drawn tick by tick, a sixth of the whole loop.
+    """
+    return jax.vmap(lambda tick: sensors.white(jax.random.fold_in(walker.key, tick)))(
+        walker.tick + jnp.arange(ticks)
+    )
+
+
+def tick(
+    setup: Setup, model: Model, walker: Walker, white: Float[Array, "18"] | None = None
+) -> tuple[Walker, Event]:
+    """One physics step of the closed loop.
+
+    Args:
+      white: this tick's row of `noise`, if it was drawn ahead.
+    """
+    command, loads = drive(setup, walker)
+    plant, readings = move(setup, model, walker.plant, command, loads)
+    return moved(setup, walker, plant, readings, noise(walker, 1)[0] if white is None else white)
 
 
 def moved(
-    setup: Setup, walker: Walker, plant: physics.Plant, readings: physics.Readings
+    setup: Setup,
+    walker: Walker,
+    plant: physics.Plant,
+    readings: physics.Readings,
+    white: Float[Array, "18"],
 ) -> tuple[Walker, Event]:
     """What becomes of ``walker`` whose plant a tick has brought to ``plant``, sensing ``readings``.
 
     At a touch-down the gait's clock restarts and toe-off begins; the step's
     length and duration stay the last ones until `decide`, which early swing awaits.
+
+    Args:
+      white: this tick's row of `noise`.
     """
     who, numbers = walker.person, walker.person.gait
     bones = skeleton(setup, who)
-    noise_key = jax.random.fold_in(walker.key, walker.tick)
-    state, estimate = sensors.measure(setup.sensors, setup.timestep, walker.sensors, readings, noise_key)
+    state, estimate = sensors.measure(setup.sensors, setup.timestep, walker.sensors, readings, white)
 
     clock = walker.gait.replace(elapsed=walker.gait.elapsed + setup.timestep)
     where = (numbers, bones, clock, estimate)
@@ -279,6 +302,7 @@ def moved(
         sensors=state,
         estimate=estimate,
         gait=jax.tree.map(lambda new, old: jnp.where(landed, new, old), restarted, clock),
+        push=pushes.met(walker.push, walker.tick, walker.gait.stance),
         tick=walker.tick + 1,
     )
     finite = jnp.all(jnp.isfinite(plant.qpos)) & jnp.all(jnp.isfinite(plant.qvel))

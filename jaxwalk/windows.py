@@ -100,7 +100,8 @@ def run_ticks(task: Task, state: Stepper, ticks: int) -> Stepper:
     """One walker, ``ticks`` physics steps; its last closed footstep is in ``last``."""
     model = walker.model(task.setup, state.walker.person)
     state = state.replace(last=state.last.replace(closed=jnp.bool_(False)))
-    return jax.lax.fori_loop(0, ticks, lambda _, s: stepper.tick(task, model, s), state)
+    white = walker.noise(state.walker, ticks)
+    return jax.lax.fori_loop(0, ticks, lambda i, s: stepper.tick(task, model, s, white[i]), state)
 
 
 def window(

@@ -103,7 +103,7 @@ def by_mjx(config: Config, settings: PhysicsConfig, replay: Replay) -> tuple[np.
 
     def one(plant, commands):
         def tick(plant, command):
-            plant, _ = physics.step(config.body, settings, model, plant, command, jnp.zeros(2))
+            plant, _ = physics.step(config.body, settings, model, plant, command, jnp.zeros((7, 2)))
             return plant, plant.qpos[:3]
 
         return jax.lax.scan(tick, plant, commands)[1]

@@ -21,7 +21,7 @@ def result(tmp_path_factory):
 
 
 def test_every_program_is_measured(result):
-    assert list(result["programs"]) == ["mjx_step", "tick", "training_loop"]
+    assert list(result["programs"]) == ["mjx_step", "tick", "push_map", "training_loop"]
     for row in result["programs"].values():
         assert row["physics_steps_per_second"] > 0 and row["compile_seconds"] > 0
         assert len(row["round_seconds"]) == bench.MIN_ROUNDS
@@ -31,7 +31,7 @@ def test_every_program_is_measured(result):
 
 def test_walkers_walk_and_the_learner_learns(result):
     # A walker makes about two footsteps a second of its own time.
-    for name in ("tick", "training_loop"):
+    for name in ("tick", "push_map", "training_loop"):
         row = result["programs"][name]
         own_seconds = row["physics_steps_per_second"] * result["config"]["physics"]["timestep"]
         assert 1.0 < row["footsteps_per_second"] / own_seconds < 4.0
@@ -42,6 +42,7 @@ def test_ratios_are_quotients(result):
     rates = {name: row["physics_steps_per_second"] for name, row in result["programs"].items()}
     assert result["ratios"] == {
         "tick/mjx_step": rates["tick"] / rates["mjx_step"],
+        "push_map/mjx_step": rates["push_map"] / rates["mjx_step"],
         "training_loop/mjx_step": rates["training_loop"] / rates["mjx_step"],
     }
 

@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 from mujoco import mjx
 
-from jaxwalk import c_mujoco, controllers, physics, pushes, walker
+from jaxwalk import c_mujoco, controllers, mjcf, physics, pushes, walker
 from jaxwalk.config import BodyConfig, Config
+from jaxwalk.points import PLACES
 from jaxwalk.similarity import Similarity
 
 CONFIG = Config()
@@ -53,7 +54,7 @@ def replay(setup):
 
         def tick(plant, told):
             command, now = told
-            force = pushes.wrench(push, now, plant.qpos[2])
+            force = pushes.loads(push, now, plant.qpos[2])
             plant, readings = walker.move(setup, model, plant, command, force)
             return plant, (plant, readings)
 
@@ -102,8 +103,28 @@ def walking():
     start = physics.Plant(*(getattr(plants, name)[rows, at] for name in ("qpos", "qvel", "warmstart")))
     force = np.where(rows % 2 == 0, 0.0, np.linspace(-400, 400, ROWS)).astype(np.float32)
     height = np.linspace(-0.2, 0.3, ROWS).astype(np.float32)
-    push = no_push().replace(start=np.full(ROWS, 5), ticks=np.full(ROWS, 20), force=force, height=height)
+    place = (rows // 2 % len(PLACES)).astype(np.int32)
+    push = no_push().replace(
+        start=np.full(ROWS, 5),
+        ticks=np.full(ROWS, 20),
+        force=np.where(place == pushes.TORSO, force, force / 4),  # a leg is that much lighter
+        height=height,
+        place=place,
+        stance=rows // 10 % 2,
+    )
     return OpenLoop(start, np.stack([commands[i, at[i] : at[i] + TICKS] for i in rows]), push), up
+
+
+def pushed(data: mujoco.MjData, push: pushes.Push):
+    """(body, [3] world point) that one push acts on; a torso's is on its long axis."""
+    place = PLACES[push.place]
+    if place == "torso":
+        body = data.body("torso")
+        return body, data.site("imu").xpos + push.height * body.xmat.reshape(3, 3)[:, 2]
+    leg, segment = place.split("-")
+    side = push.stance if leg == "stance" else 1 - push.stance
+    body = data.body(f"{segment}_{mjcf.SIDES[side]}")
+    return body, body.xipos
 
 
 def in_c(case: OpenLoop, row: int):
@@ -111,17 +132,17 @@ def in_c(case: OpenLoop, row: int):
     model = physics.compile_mujoco(BodyConfig(float(HEIGHT[row]), float(MASS[row])), REFERENCE)
     data = mujoco.MjData(model)
     data.qpos, data.qvel = case.start.qpos[row], case.start.qvel[row]
-    torso, push = model.body("torso").id, jax.tree.map(lambda x: x[row], case.push)
+    push = jax.tree.map(lambda x: x[row], case.push)
     path = []
     for tick in range(TICKS):
         data.ctrl = case.commands[row, tick]
         mujoco.mj_forward(model, data)
         data.qfrc_applied = 0
         if push.start <= tick < push.start + push.ticks:
-            # A force at a point of the torso's long axis, no moment of our own reckoning.
-            point = data.site("imu").xpos + push.height * data.body("torso").xmat.reshape(3, 3)[:, 2]
+            # A force at a point, no moment of our own reckoning.
+            body, point = pushed(data, push)
             force = np.array([push.force, 0.0, 0.0], np.float64)
-            mujoco.mj_applyFT(model, data, force, np.zeros(3), point, torso, data.qfrc_applied)
+            mujoco.mj_applyFT(model, data, force, np.zeros(3), point, body.id, data.qfrc_applied)
         mujoco.mj_step(model, data)
         path.append((data.qpos.copy(), data.qvel.copy(), data.sensordata.copy()))
     return tuple(np.array(x) for x in zip(*path, strict=True))
@@ -258,14 +279,18 @@ def airborne(push: pushes.Push) -> OpenLoop:
     return OpenLoop(physics.Plant(qpos, zeros, zeros), np.zeros((ROWS, TICKS, 6), np.float32), push)
 
 
-def test_a_push_gives_the_body_the_impulse_asked_for(open_loop):
+@pytest.mark.parametrize("engine", ["mjx", "mujoco"])
+def test_a_push_gives_the_body_the_impulse_asked_for(engine, request):
+    run = request.getfixturevalue("open_loop" if engine == "mjx" else "open_loop_c")
     impulse = np.linspace(-60, 60, ROWS).astype(np.float32)
     height = np.tile(np.float32([0.0, 0.25, -0.2, 0.1]), ROWS // 4)
     begin, seconds = 5, 0.08
     push = jax.vmap(lambda i, h: pushes.of_impulse(i, jnp.int32(begin), seconds, DT, h))(impulse, height)
-    case = airborne(jax.device_get(push))
-    plants, _ = open_loop(case)
-    for row in range(0, ROWS, 5):
+    rows = np.arange(ROWS)
+    push = jax.device_get(push).replace(place=rows % len(PLACES), stance=rows // len(PLACES) % 2)
+    plants, _ = run(airborne(push))
+    for row in range(0, ROWS, 4):
+        one = jax.tree.map(lambda x, row=row: x[row], push)
         model = physics.compile_mujoco(BodyConfig(float(HEIGHT[row]), float(MASS[row])), REFERENCE)
         data = mujoco.MjData(model)
 
@@ -278,9 +303,8 @@ def test_a_push_gives_the_body_the_impulse_asked_for(open_loop):
         force, turned = impulse[row] / seconds, 0.0
         for tick in range(begin, begin + round(seconds / DT)):
             before = state(tick - 1)
-            up = before.body("torso").xmat.reshape(3, 3)[2, 2]
-            arm = before.site("imu").xpos[2] + height[row] * up - before.subtree_com[0][2]
-            turned += force * arm * DT
+            _, point = pushed(before, one)
+            turned += force * (point[2] - before.subtree_com[0][2]) * DT
         end = state(TICKS - 1)
         forward = MASS[row] * end.subtree_linvel[0][0]
         # The integrator is of first order: momentum that limbs exchange within a tick is off by

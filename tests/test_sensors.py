@@ -47,7 +47,9 @@ def filtered(config, state, signal):
 
 def test_without_noise_the_instruments_tell_the_truth():
     truth = readings(velocity=1.3, pitch=0.2, gyro=-0.4)
-    state, estimate = sensors.measure(CONFIG, DT, start(0.0, speed=1.3), truth, jax.random.key(1))
+    state, estimate = sensors.measure(
+        CONFIG, DT, start(0.0, speed=1.3), truth, sensors.white(jax.random.key(1))
+    )
     assert not state.bias.any()
     assert estimate.pitch == pytest.approx(0.2, abs=1e-6)
     assert estimate.pitch_rate == pytest.approx(-0.4)
@@ -63,7 +65,9 @@ def test_noise_has_the_configured_spread(scale):
     count, truth = 20_000, readings()
     state = dataclasses.replace(start(scale), bias=jnp.zeros(3))
     keys = jax.random.split(jax.random.key(2), count)
-    measured, told = jax.jit(jax.vmap(lambda key: sensors.measure(CONFIG, DT, state, truth, key)))(keys)
+    measured, told = jax.jit(
+        jax.vmap(lambda key: sensors.measure(CONFIG, DT, state, truth, sensors.white(key)))
+    )(keys)
     seen = {
         "pitch_std": told.pitch,
         "gyro_std": told.pitch_rate,
@@ -90,7 +94,9 @@ def test_biases_differ_between_walkers_and_last():
     calm = dataclasses.replace(CONFIG, pitch_std=0.0, velocity_std=0.0, acceleration_std=0.0)
     state = start(1.0, config=calm)
     for tick in range(3):
-        after, told = sensors.measure(calm, DT, state, readings(pitch=0.1), jax.random.key(tick))
+        after, told = sensors.measure(
+            calm, DT, state, readings(pitch=0.1), sensors.white(jax.random.key(tick))
+        )
         assert told.pitch == pytest.approx(0.1 + float(state.bias[2]), abs=1e-6)
         assert after.history[-1, 0] == pytest.approx(1.0 + float(state.bias[0]))
         np.testing.assert_array_equal(after.bias, state.bias)
@@ -100,7 +106,7 @@ def test_biases_differ_between_walkers_and_last():
 def test_instruments_do_not_share_their_noise():
     keys = jax.random.split(jax.random.key(4), 20_000)
     state = start(1.0)
-    told = jax.vmap(lambda key: sensors.measure(CONFIG, DT, state, readings(), key)[1])(keys)
+    told = jax.vmap(lambda key: sensors.measure(CONFIG, DT, state, readings(), sensors.white(key))[1])(keys)
     columns = [told.pitch, told.pitch_rate, told.speed, *told.touch.T]
     columns += [*told.joints.reshape(-1, 6).T, *told.joint_rates.reshape(-1, 6).T]
     correlation = np.corrcoef(np.array(columns)) - np.eye(len(columns))
@@ -188,7 +194,7 @@ def test_the_accelerometer_reads_what_mujocos_does():
         truth = readings().replace(
             velocity=jnp.float32(sensed[0]), up=jnp.float32(sensed[1]), gyro=jnp.float32(sensed[2])
         )
-        state, _ = sensors.measure(CONFIG, DT, state, truth, jax.random.key(0))
+        state, _ = sensors.measure(CONFIG, DT, state, truth, sensors.white(jax.random.key(0)))
         ours.append(float(state.history[-1, 1]))
         x, _, z = data.sensor("accelerometer").data  # specific force, torso frame
         theirs.append(np.cos(pitch) * x + np.sin(pitch) * z)  # forward: gravity has no part in it

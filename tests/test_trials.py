@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import footstep, walker
+from jaxwalk import footstep, pushes, walker
 from jaxwalk.config import Config
 from jaxwalk.stepper import Task
 from jaxwalk.trials import BINS, PUSH_STEP, Profile, Runner, Scenario, begin
@@ -43,6 +43,7 @@ def scenarios():
         impulse=jnp.float32(impulse),
         push_ticks=jnp.full(many, PUSH_TICKS, jnp.int32),
         push_height=jnp.float32(height),
+        push_place=jnp.full(many, pushes.TORSO, jnp.int32),
         phase=jnp.float32(phase),
         key=jax.vmap(jax.random.key)(key),
     )

@@ -12,12 +12,12 @@ from jaxwalk.cli.parse import OptionalFile, parse
 
 @dataclass(frozen=True)
 class BenchArgs:
-    """Time bare mjx.step, the whole tick and the training loop, on one model and one batch."""
+    """Time bare mjx.step, the whole tick, the push map and the training loop, on one model and one batch."""
 
     walkers: int = 256
-    """Walkers side by side, in all three."""
+    """Walkers side by side, in all four."""
     seconds: float = 10.0
-    """How long each of the three is timed once compiled, s."""
+    """How long each of the four is timed once compiled, s."""
     seed: int = 0
     """Seed of everything that is drawn at random."""
     json: OptionalFile = None

@@ -13,6 +13,7 @@ from typing import Annotated, Any, TypeVar
 import tyro
 
 from jaxwalk.errors import UserError
+from jaxwalk.points import Point
 
 T = TypeVar("T")
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
@@ -115,6 +116,14 @@ def _list_of(what: str) -> tyro.constructors.PrimitiveConstructorSpec:
     )
 
 
+_POINTS = tyro.constructors.PrimitiveConstructorSpec(
+    nargs=1,
+    metavar="POINT,POINT,...",
+    instance_from_str=lambda values: tuple(Point.of(item).name for item in values[0].split(",")),
+    is_instance=lambda value: isinstance(value, tuple) and all(isinstance(item, str) for item in value),
+    str_from_instance=lambda points: [",".join(points)],
+)
+
 POLICIES = (
     "A run folder, a policy file, 'shipped', 'fixed' (the nominal step, never adapted), 'constant' (a step "
     "searched for, never adapted), or a rule: 'raibert' (length from speed), 'capture-point' (length "
@@ -136,3 +145,5 @@ Names = Annotated[
         str_from_instance=lambda names: [",".join(names)],
     ),
 ]
+Points = Annotated[tuple[str, ...], _POINTS]
+"""Points on the body by the names of `points.Point`, as ``torso-0.1,torso,stance-thigh``."""

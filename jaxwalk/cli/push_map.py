@@ -8,15 +8,17 @@ from pathlib import Path
 
 from jaxwalk import files
 from jaxwalk.cli import checks
-from jaxwalk.cli.parse import Impulses, Numbers, Policy, parse
+from jaxwalk.cli.parse import Impulses, Numbers, Points, Policy, parse
 from jaxwalk.config import Engine
+from jaxwalk.errors import UserError
+from jaxwalk.points import Point
 
 IMPULSES = tuple(float(i) for i in range(-120, 121, 15))
 
 
 @dataclass(frozen=True)
 class PushMapArgs:
-    """Which pushes a policy survives: phase of the step x impulse x height x duration."""
+    """Which pushes a policy survives: phase of the step x impulse x point x duration."""
 
     policy: Policy
     out: Path
@@ -25,14 +27,17 @@ class PushMapArgs:
     """Pushes, N s, ascending, with commas between; positive ones push forward."""
     phases: int = 16
     """Points of the step at which a push begins, evenly spread."""
-    heights: Numbers = (0.0,)
-    """Where pushes land, m above the torso's centre, with commas between."""
+    points: Points = ("torso",)
+    """Where pushes land, with commas between: torso (its centre), torso+0.2 (0.2 m above), torso-0.1, or
+    the centre of stance-thigh, stance-shank, swing-thigh, swing-shank; stance is the leg that carries when
+    the push begins."""
     durations: Numbers = (0.1,)
     """How long pushes last, s, with commas between."""
     replicas: int = 8
     """Walkers for each combination."""
     chunk: int = 512
-    """Trials in one program: what bounds the memory. The result does not depend on it, but for rounding."""
+    """Trials in one program: what bounds the memory. Pushes, starts and noise do not depend on it, nor on the
+    number of devices; programs of other sizes round otherwise, which can turn a trial on the brink."""
     engine: Engine = "mjx"
     """What moves the walkers: mjx, or mujoco (C MuJoCo in doubles, solved to convergence)."""
     seed: int = 0
@@ -45,12 +50,13 @@ class PushMapArgs:
         checks.policy(self.policy)
         for option, values in (
             ("--impulses", self.impulses),
-            ("--heights", self.heights),
             ("--durations", self.durations),
         ):
             checks.ascending(option, values)
-        for height in self.heights:
-            checks.between("--heights", height, -1.0, 1.0, " m")
+        if len(set(self.points)) < len(self.points):
+            raise UserError(f"--points {','.join(self.points)}: give each point once")
+        for point in self.points:
+            checks.between("--points torso", Point.of(point).height, -1.0, 1.0, " m above its centre")
         for duration in self.durations:
             checks.push_seconds("--durations", duration)
         for option in ("phases", "replicas", "chunk"):

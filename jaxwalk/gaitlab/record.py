@@ -47,7 +47,8 @@ def tick(task: Task, model: mjx.Model, state: Stepper) -> tuple[Stepper, Ticks]:
     setup, body = task.setup, state.walker
     command, push = walker.drive(setup, body)
     made_with, data = physics.advance(setup.body, setup.physics, model, body.plant, command, push)
-    after = stepper.moved(task, state, *walker.moved(setup, body, *physics.outcome(data)))
+    white = walker.noise(body, 1)[0]
+    after = stepper.moved(task, state, *walker.moved(setup, body, *physics.outcome(data), white))
 
     bones = walker.skeleton(setup, body.person)
     joints, pitch = body.plant.qpos[3:].reshape(2, 3), body.plant.qpos[2]

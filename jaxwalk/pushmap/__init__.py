@@ -1,4 +1,4 @@
-"""Push maps: which pushes a policy survives, by phase of the step, impulse, height and duration.
+"""Push maps: which pushes a policy survives, by phase of the step, impulse, point and duration.
 
 grid -> run -> summary -> picture
 """

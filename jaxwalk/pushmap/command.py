@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 def push_map(subject: Subject, args: PushMapArgs, progress: Progress) -> dict[str, Any]:
     """Try the whole grid and write ``map.npz``, ``map.json`` and ``map.png``; gives the JSON."""
     phases = tuple(i / args.phases for i in range(args.phases))
-    grid = Grid(args.impulses, phases, args.heights, args.durations, args.replicas, args.seed)
+    grid = Grid(args.impulses, phases, args.points, args.durations, args.replicas, args.seed)
     identity = {"policy": subject.digest, "config": to_dict(subject.config), "engine": args.engine}
     identity |= runtime.versions()
     found = table.resume(args.out, grid, identity)
@@ -88,12 +88,12 @@ def main(args: PushMapArgs) -> None:
         result = push_map(subject, args, progress)
     screen = Screen("push", "all phases", "worst phase", "least share of the limit", title=args.policy)
     for d, duration in enumerate(result["durations"]):
-        for h, height in enumerate(result["heights"]):
-            part = result["maps"][d][h]
+        for point, part in zip(result["points"], result["maps"][d], strict=True):
             for way in ("forward", "backward"):
-                name = f"{way}, {duration:g} s, {height:+g} m"
+                name = f"{way}, {duration:g} s, {point}"
                 told = [_told(part["threshold"][which][way]) for which in ("all_phases", "worst_phase")]
-                shares = [share for share in part["share_of_limit"][way] if share is not None]
+                limited = part["share_of_limit"] or {way: []}
+                shares = [share for share in limited[way] if share is not None]
                 screen.add_row(name, *told, f"{min(shares):.2f}" if shares else "-")
     console.print(screen)
     console.print(f"map.npz, map.json and map.png in {args.out}", highlight=False)

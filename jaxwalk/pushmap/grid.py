@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from jaxwalk.points import PLACES, Point
+
 
 @dataclass(frozen=True)
 class Grid:
@@ -15,7 +17,7 @@ class Grid:
     Attributes:
       impulses: N s, ascending, forward positive.
       phases: of the step at which the push begins, each in [0, 1), ascending.
-      heights: of the point pushed above the torso's centre, m.
+      points: pushed, by their names (see `points.Point`), in any order.
       durations: of the push, s.
       replicas: starts and noises for each combination.
       seed: of all of them.
@@ -23,17 +25,17 @@ class Grid:
 
     impulses: tuple[float, ...]
     phases: tuple[float, ...]
-    heights: tuple[float, ...]
+    points: tuple[str, ...]
     durations: tuple[float, ...]
     replicas: int
     seed: int
 
     @property
     def shape(self) -> tuple[int, int, int, int, int]:
-        """(durations, heights, impulses, phases, replicas), the order of the trials."""
+        """(durations, points, impulses, phases, replicas), the order of the trials."""
         return (
             len(self.durations),
-            len(self.heights),
+            len(self.points),
             len(self.impulses),
             len(self.phases),
             self.replicas,
@@ -44,9 +46,19 @@ class Grid:
         """Trials."""
         return int(np.prod(self.shape))
 
-    def columns(self) -> dict[str, NDArray[np.float32]]:
-        """[size] duration, height, impulse and phase of each trial."""
-        axes = (self.durations, self.heights, self.impulses, self.phases, range(self.replicas))
+    def columns(self) -> dict[str, NDArray]:
+        """[size] duration (s), point (name), impulse (N s) and phase of each trial."""
+        axes = (self.durations, range(len(self.points)), self.impulses, self.phases, range(self.replicas))
         mesh = np.meshgrid(*[np.asarray(axis, np.float32) for axis in axes], indexing="ij")
-        names = ("duration", "height", "impulse", "phase")
-        return {name: values.ravel() for name, values in zip(names, mesh, strict=False)}
+        duration, point, impulse, phase, _ = (values.ravel() for values in mesh)
+        names = np.asarray(self.points)[point.astype(int)]
+        return {"duration": duration, "point": names, "impulse": impulse, "phase": phase}
+
+    def where(self) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
+        """[size] each trial's place, an index into `points.PLACES`, and height on the torso, m."""
+        known = {name: Point.of(name) for name in self.points}
+        points = [known[name] for name in self.columns()["point"].tolist()]
+        return (
+            np.array([PLACES.index(point.place) for point in points], np.int32),
+            np.array([point.height for point in points], np.float32),
+        )

@@ -9,7 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from jaxwalk import plots
+from jaxwalk.points import Point
 
+_WIDE = 4  # panels in a row, at most
 _LINES = {  # of the limits: sign, label, style
     "A": (1, "A: step in flight fixed", (0, (1, 1))),
     "B": (1, "B: re-planned at once", (0, (5, 2))),
@@ -18,26 +20,33 @@ _LINES = {  # of the limits: sign, label, style
 
 
 def draw(result: dict[str, Any], title: str, path: Path) -> None:
-    """One panel for each duration and height.
+    """One panel for each duration and point; the limits are drawn where they hold, on the torso.
 
     Args:
       result: of ``summarise``.
       path: PNG file, replaced if there.
     """
-    rows, columns = len(result["durations"]), len(result["heights"])
+    shown = [(d, p) for d in range(len(result["durations"])) for p in range(len(result["points"]))]
+    columns = len(result["points"]) if len(result["points"]) <= _WIDE else _WIDE
+    rows = -(-len(shown) // columns)
     figure = plots.new_figure(1.6 + 5.2 * columns, 1.0 + 4.6 * rows)
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     image = None
-    for d, duration in enumerate(result["durations"]):
-        for h, height in enumerate(result["heights"]):
-            axes = panels[d, h]
-            image = _panel(axes, result, result["maps"][d][h])
-            axes.set_title(f"{duration:g} s, {height:+g} m from the torso's centre", loc="left", fontsize=10)
-    for axes in panels[-1]:
-        axes.set_xlabel("phase of the step at which the push begins")
+    for axes, (d, p) in zip(panels.flat, shown, strict=False):
+        image = _panel(axes, result, result["maps"][d][p])
+        words = Point.of(result["points"][p]).words
+        axes.set_title(f"{result['durations'][d]:g} s, {words}", loc="left", fontsize=10)
+    for axes in panels.flat[len(shown) :]:
+        axes.set_axis_off()
+    for column in range(columns):
+        lowest = panels.flat[max(range(column, len(shown), columns))]
+        lowest.set_xlabel("phase of the step at which the push begins")
+        lowest.tick_params(labelbottom=True)
     for axes in panels[:, 0]:
         axes.set_ylabel("impulse, N s (forward positive)")
-    panels[0, 0].legend(fontsize=7, loc="center right", framealpha=0.9)
+    told = max(panels.flat, key=lambda axes: len(axes.get_legend_handles_labels()[1]))
+    free = panels.flat[-1] if len(shown) < panels.size else told
+    free.legend(*told.get_legend_handles_labels(), fontsize=7, loc="center right", framealpha=0.9)
     figure.colorbar(image, ax=panels, label="share that survives", shrink=0.8)
     figure.suptitle(title, fontsize=11, x=0.01, ha="left")
     plots.write_png(figure, path)
@@ -59,10 +68,11 @@ def _panel(axes: Axes, result: dict[str, Any], part: dict[str, Any]) -> Any:
             label="threshold of the phase (95 %)" if sign > 0 else None,
         )  # fmt: skip
     low, high = axes.get_ylim()
+    limits = part["limits"] or {}
     for name, (sign, label, style) in _LINES.items():
-        axes.plot(
-            phases, sign * np.asarray(part["limits"][name]), color="#1f3f8f", linestyle=style, label=label
-        )
+        if name in limits:
+            curve = sign * np.asarray(limits[name])
+            axes.plot(phases, curve, color="#1f3f8f", linestyle=style, label=label)
     axes.set_ylim(low, high)
     return image
 

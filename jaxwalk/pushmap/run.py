@@ -32,7 +32,7 @@ def run(
 
     Args:
       engine: what moves the walkers.
-      chunk: trials in one program.
+      chunk: trials in one program, at most (rounded up to the devices).
       tell: called with the share of all the work that is done.
 
     Returns:
@@ -42,7 +42,9 @@ def run(
       UserError: the policy does not walk, or the table cannot be saved; what was saved before stands.
     """
     grid, config = table.grid, subject.config
-    runner = Runner(Task.of(config, engine), subject.act, min(chunk, grid.size))
+    missing = np.flatnonzero(~table.done)
+    chunks = max(1, -(-len(missing) // chunk))  # of equal size: filling up the last one is wasted work
+    runner = Runner(Task.of(config, engine), subject.act, max(1, -(-len(missing) // chunks)))
     follow = partial(runner.run, subject.params, config.gait)
     none = np.zeros(CALM, np.float32)
     calm = scenarios.batch(config, none, none, scenarios.keys(grid.seed, scenarios.CALM, CALM))
@@ -52,7 +54,7 @@ def run(
     profile = evaluate.profile_of(walked)
 
     columns, keys = grid.columns(), scenarios.keys(grid.seed, scenarios.PUSHED, grid.size)
-    missing = np.flatnonzero(~table.done)
+    places, heights = grid.where()
     seconds = evaluate.BEFORE_PUSH + max(grid.durations) + evaluate.AFTER_PUSH
     ticks = spent = 0.0
     for first in range(0, len(missing), runner.batch):
@@ -62,8 +64,9 @@ def run(
             columns["impulse"][rows],
             columns["phase"][rows],
             keys[rows],
-            columns["height"][rows],
+            heights[rows],
             columns["duration"][rows],
+            places[rows],
         )
         done = grid.size - len(missing) + first
 
@@ -73,7 +76,7 @@ def run(
         begun = time.perf_counter()
         trials = follow(profile, tried, seconds, part)
         spent += time.perf_counter() - begun
-        ticks += len(rows) * seconds / config.physics.timestep
+        ticks += len(rows) * runner.ticks(seconds)
         table.put(rows, _results(trials, config.physics.timestep))
         table.save(folder)
     return walked, ticks / spent if spent else 0.0

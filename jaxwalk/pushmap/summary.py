@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from jaxwalk import capturability
 from jaxwalk.capturability import Pendulum
+from jaxwalk.points import Point
 from jaxwalk.pushmap.grid import Grid
 from jaxwalk.pushmap.table import Table
 from jaxwalk.statistics import each_phase, threshold, wilson, worst_phase
@@ -19,14 +20,19 @@ QUANTILE = 0.95  # of survivors' longest and shortest steps: a single odd step i
 def summarise(table: Table, pendulum: Pendulum) -> dict[str, Any]:
     """All of ``map.json`` that comes from the trials.
 
-    Every part is [durations][heights] of its own: survival, low, high (Wilson, 95 %) and recovery
+    Every part is [durations][points] of its own: survival, low, high (Wilson, 95 %) and recovery
     [I][P], thresholds over all phases, for the worst phase and for each, in N s and N s/kg.
+    The pendulum's limits are those of pushes on the torso: it takes all of an impulse into its
+    mass, where a leg hands part of it to the ground or swings on with it. Other points have none.
     """
     grid = table.grid
     survived = table.columns["survived"].reshape(grid.shape)
     recovery = table.columns["recovery_seconds"].reshape(grid.shape)
     parts = [
-        [_part(grid, survived[d, h], recovery[d, h], pendulum) for h in range(len(grid.heights))]
+        [
+            _part(grid, survived[d, p], recovery[d, p], pendulum, Point.of(point).on_torso)
+            for p, point in enumerate(grid.points)
+        ]
         for d in range(len(grid.durations))
     ]
     up = table.columns["survived"]  # who falls may do so before the push is over
@@ -34,7 +40,7 @@ def summarise(table: Table, pendulum: Pendulum) -> dict[str, Any]:
     return {
         "impulses": list(grid.impulses),
         "phases": list(grid.phases),
-        "heights": list(grid.heights),
+        "points": list(grid.points),
         "durations": list(grid.durations),
         "replicas": grid.replicas,
         "trials": grid.size,
@@ -56,16 +62,24 @@ def summarise(table: Table, pendulum: Pendulum) -> dict[str, Any]:
 
 
 def _part(
-    grid: Grid, survived: NDArray[np.bool_], recovery: NDArray[np.floating], pendulum: Pendulum
+    grid: Grid,
+    survived: NDArray[np.bool_],
+    recovery: NDArray[np.floating],
+    pendulum: Pendulum,
+    limited: bool,
 ) -> dict[str, Any]:
-    """One duration and height; ``survived`` and ``recovery`` are [I, P, replicas]."""
+    """One duration and point; ``survived`` and ``recovery`` are [I, P, replicas].
+
+    Args:
+      limited: the pendulum's limits hold for pushes there.
+    """
     shares = survived.mean(2)
     low, high = wilson(survived.sum(2), grid.replicas)
     steady = np.isfinite(recovery)
     mean_recovery = np.where(steady, recovery, 0.0).sum(2) / np.maximum(steady.sum(2), 1)
     each = each_phase(grid.impulses, shares.tolist())
     worst = worst_phase(each)
-    limits = _limits(grid, pendulum)
+    limits = _limits(grid, pendulum) if limited else None
     return {
         "survival": shares.tolist(),
         "low": low.tolist(),
@@ -78,8 +92,9 @@ def _part(
             "worst_phase": _told(grid, worst, pendulum.mass),
             "each_phase": [_told(grid, one, pendulum.mass) for one in each],
         },
-        "limits": {name: curve.tolist() for name, curve in limits.items()},
-        "share_of_limit": {
+        "limits": limits and {name: curve.tolist() for name, curve in limits.items()},
+        "share_of_limit": limits
+        and {
             way: [_share(one[way], limit) for one, limit in zip(each, limits[name], strict=True)]
             for way, name in (("forward", "B"), ("backward", "C"))
         },
@@ -112,8 +127,13 @@ def _told(grid: Grid, found: dict[str, float | None], mass: float) -> dict[str, 
 
 
 def abilities(table: Table) -> tuple[float, float]:
-    """Longest step (m) and shortest step time (s) that survivors answered pushes with."""
-    up = table.columns["survived"] & np.isfinite(table.columns["shortest"])
+    """Longest step (m) and shortest step time (s) that survivors answered pushes on the torso with.
+
+    A leg that is pushed itself lands where the push takes it.
+    """
+    torso = np.array([Point.of(name).on_torso for name in table.grid.points])
+    asked = np.broadcast_to(torso[:, None, None, None], table.grid.shape).ravel()
+    up = asked & table.columns["survived"] & np.isfinite(table.columns["shortest"])
     if not up.any():
         return 0.0, 0.0
     longest = np.quantile(table.columns["longest"][up], QUANTILE)

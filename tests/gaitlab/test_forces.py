@@ -40,7 +40,7 @@ def flown():
         start = walker.start(SETUP, who, key, jnp.float32(0.0)).plant
 
         def tick(plant, _):
-            made = physics.advance(CONFIG.body, CONFIG.physics, model, plant, command, jnp.zeros(2))
+            made = physics.advance(CONFIG.body, CONFIG.physics, model, plant, command, jnp.zeros((7, 2)))
             return physics.outcome(made[1])[0], forces.of_tick(bones, plant, *made)
 
         end, told = jax.lax.scan(tick, start, length=TICKS)

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
+import resource
+import subprocess
+import sys
 
 import jax
 import numpy as np
 import pytest
 
 from jaxwalk import cli, evaluate
-from jaxwalk.errors import UserError
 from jaxwalk.pushmap import run, table
 
 OPTIONS = "--impulses -10,10,400 --phases 2 --replicas 2".split()
@@ -31,7 +35,7 @@ def push_map(out, *more):
 
 def trials(out):
     with np.load(out / table.NAME) as stored:
-        return {name: stored[name] for name in (*table.RESULTS, "impulse", "phase", "done")}
+        return {name: stored[name] for name in (*table.RESULTS, "impulse", "phase", "point", "done")}
 
 
 @pytest.fixture(scope="module")
@@ -63,27 +67,80 @@ def test_mild_pushes_are_survived_and_a_huge_one_is_not(whole):
     assert (fallen > 0).all() and (fallen < 2).all()
 
 
-@pytest.mark.skipif(jax.device_count() > 6, reason="a chunk of 12 trials is rounded up to the devices")
-def test_a_map_in_pieces_and_interrupted_is_the_same_map(whole, tmp_path, monkeypatch):
-    saves, save = [], table.Table.save
-
-    def full_disk(self, folder):
-        saves.append(int(self.done.sum()))
-        if len(saves) == 2:
-            raise UserError("cannot write map.npz: No space left on device")
-        save(self, folder)
-
-    monkeypatch.setattr(table.Table, "save", full_disk)
-    assert push_map(tmp_path, "--chunk", "4") == 2
-    assert trials(tmp_path)["done"].sum() == saves[0] < 12  # the first chunk is kept
-    assert push_map(tmp_path, "--chunk", "4") == 0
-    assert saves[0] < saves[1] == saves[2] and saves[-1] == 12  # what was lost is done again, no more
-    got, expected = trials(tmp_path), trials(whole)
-    for name in ("survived", "done", "impulse", "phase"):
+def same(got, expected):
+    """Two maps of one seed, by programs of other sizes."""
+    for name in ("survived", "done", "impulse", "phase", "point"):
         np.testing.assert_array_equal(got[name], expected[name])
     # Programs of other sizes order float32 sums differently; a walk is stable, so little comes of it.
     np.testing.assert_allclose(got["impulse_delivered"][:8], expected["impulse_delivered"][:8], rtol=1e-5)
     np.testing.assert_allclose(got["fall_seconds"], expected["fall_seconds"], atol=0.05)
+
+
+@contextlib.contextmanager
+def no_room():
+    """No file of this process may be longer than 64 bytes: a write fails as on a full disk."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (64, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+@pytest.mark.skipif(jax.device_count() > 6, reason="a chunk of 12 trials is rounded up to the devices")
+def test_a_map_in_pieces_and_interrupted_is_the_same_map(whole, tmp_path, monkeypatch, capsys):
+    saves, save = [], table.Table.save
+
+    def hampered(self, folder):
+        saves.append(int(self.done.sum()))
+        if len(saves) == 4:
+            raise KeyboardInterrupt
+        with no_room() if len(saves) == 2 else contextlib.nullcontext():
+            save(self, folder)
+
+    monkeypatch.setattr(table.Table, "save", hampered)
+    capsys.readouterr()
+    assert push_map(tmp_path, "--chunk", "4") == 2
+    error = capsys.readouterr().err
+    assert f"cannot write {tmp_path / table.NAME}" in error and error.count("\n") == 1
+    assert [p.name for p in tmp_path.iterdir()] == [table.NAME]  # nor anything half written
+    assert trials(tmp_path)["done"].sum() == saves[0] < 12  # the first chunk is kept
+    assert push_map(tmp_path, "--chunk", "4") == 130
+    assert trials(tmp_path)["done"].sum() == saves[2]  # the second one too
+    assert push_map(tmp_path, "--chunk", "4") == 0
+    assert saves[0] < saves[1] == saves[2] and saves[-1] == 12  # what was lost is done again, no more
+    same(trials(tmp_path), trials(whole))
+
+
+def test_one_device_or_two_make_the_same_map(whole, tmp_path):
+    devices = 1 if jax.device_count() > 1 else 2
+    program = f"""
+import sys
+from jaxwalk import cli, evaluate
+from jaxwalk.pushmap import run
+run.CALM, run.CALM_SECONDS, evaluate.AFTER_PUSH = {run.CALM}, {run.CALM_SECONDS}, {evaluate.AFTER_PUSH}
+sys.exit(cli.main(["push-map", "fixed", "--out", {str(tmp_path)!r}, *{OPTIONS!r}, "--chunk", "12"]))
+"""
+    flags = [f for f in os.environ.get("XLA_FLAGS", "").split() if "host_platform_device_count" not in f]
+    told = {"JAX_NUM_CPU_DEVICES": str(devices), "JAX_PLATFORMS": "cpu", "XLA_FLAGS": " ".join(flags)}
+    subprocess.run([sys.executable, "-c", program], check=True, env=os.environ | told)
+    assert len(json.loads((tmp_path / "map.json").read_text())["hardware"]["devices"]) == devices
+    same(trials(tmp_path), trials(whole))
+
+
+def test_pushes_on_the_legs(tmp_path):
+    """Each point makes another walk of the same start, and only the torso has a pendulum's limits."""
+    legs = "torso,stance-shank,swing-thigh,swing-shank"
+    assert push_map(tmp_path, "--points", legs, "--chunk", "48") == 0
+    found, result = trials(tmp_path), json.loads((tmp_path / "map.json").read_text())
+    assert found["point"].tolist() == np.repeat(legs.split(","), 12).tolist()
+    mild = np.abs(found["impulse"]) == 10
+    np.testing.assert_allclose(found["impulse_delivered"][mild], found["impulse"][mild], rtol=1e-4)
+    assert result["points"] == legs.split(",")
+    limited = [part["limits"] is not None for part in result["maps"][0]]
+    assert limited == [True, False, False, False]
+    steps = {found["longest"].reshape(4, -1)[row, :8].tobytes() for row in range(4)}
+    assert len(steps) == 4  # of the walkers that stay up
 
 
 @pytest.mark.parametrize(
@@ -91,8 +148,10 @@ def test_a_map_in_pieces_and_interrupted_is_the_same_map(whole, tmp_path, monkey
     [
         (["--impulses", "10,-10"], "--impulses 10,-10: give ascending"),
         (["--impulses", ""], "no list of impulses"),
-        (["--heights", "0,0"], "--heights 0,0: give ascending"),
-        (["--heights", "7"], "--heights 7: give -1 to 1 m"),
+        (["--points", "torso,torso+0"], "--points torso,torso: give each point once"),
+        (["--points", "torso+7"], "--points torso 7: give -1 to 1 m"),
+        (["--points", "torso,left-thigh"], "'left-thigh' is no point on the body"),
+        (["--points", ""], "'' is no point on the body"),
         (["--durations", "0"], "--durations 0"),
         (["--chunk", "0"], "--chunk 0: give a whole number"),
     ],

@@ -10,18 +10,18 @@ from jaxwalk.pushmap import picture, summary
 from jaxwalk.pushmap.grid import Grid
 from jaxwalk.pushmap.table import Table
 
-GRID = Grid((-40.0, -20.0, 20.0, 40.0, 60.0), (0.0, 0.5), (0.0, 0.2), (0.1,), 4, 0)
+GRID = Grid((-40.0, -20.0, 20.0, 40.0, 60.0), (0.0, 0.5), ("torso", "torso+0.2", "swing-shank"), (0.1,), 4, 0)
 PENDULUM = Pendulum(1.0, 75.0, 0.6, 0.6, 0.8, 0.3)
 
 
 def table(fell):
-    """A finished table; of the four walkers for which ``fell(height, impulse, phase)``, three fall."""
+    """A finished table; of the four walkers for which ``fell(point, impulse, phase)``, three fall."""
     found = Table.empty(GRID, {})
     columns = GRID.columns()
     down = np.array(
         [
-            fell(h, i, p)
-            for h, i, p in zip(columns["height"], columns["impulse"], columns["phase"], strict=True)
+            fell(where, i, p)
+            for where, i, p in zip(columns["point"], columns["impulse"], columns["phase"], strict=True)
         ]
     )
     down[3::4] = False  # the last replica always survives
@@ -34,16 +34,16 @@ def table(fell):
 
 @pytest.fixture(scope="module")
 def result():
-    def fell(height, impulse, phase):
-        return height == 0 and (impulse == -40 or (impulse >= 40 and phase == 0.5))
+    def fell(point, impulse, phase):
+        return point == "torso" and (impulse == -40 or (impulse >= 40 and phase == 0.5))
 
     return summary.summarise(table(fell), PENDULUM)
 
 
 def test_trials_are_in_the_grids_order():
     columns = GRID.columns()
-    assert GRID.size == 2 * 5 * 2 * 4 == len(columns["impulse"])
-    assert columns["height"][:40].tolist() == [0.0] * 40
+    assert GRID.size == 3 * 5 * 2 * 4 == len(columns["impulse"])
+    assert columns["point"][:80].tolist() == ["torso"] * 40 + ["torso+0.2"] * 40
     assert columns["impulse"][:8].tolist() == [-40.0] * 8
     assert columns["phase"][:8].tolist() == [0.0] * 4 + [0.5] * 4
 
@@ -77,7 +77,7 @@ def test_the_share_of_the_limit(result):
 
 
 def test_abilities_are_those_of_survivors():
-    found = table(lambda height, impulse, phase: impulse == 60)
+    found = table(lambda point, impulse, phase: impulse == 60)
     up = found.columns["survived"]
     found.columns["longest"] = np.where(up, 0.7, 5.0).astype(np.float32)
     found.columns["shortest"] = np.where(up, 0.4, 0.01).astype(np.float32)
