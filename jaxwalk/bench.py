@@ -26,8 +26,8 @@ from mujoco import mjx
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import controllers, devices, files, footstep, physics, pushes, runtime, stepper, walker, windows
-from jaxwalk.config import Config, to_dict
+from jaxwalk import controllers, devices, files, footstep, physics, pushes, results, stepper, walker, windows
+from jaxwalk.config import Config
 from jaxwalk.devices import AXIS
 from jaxwalk.errors import UserError
 from jaxwalk.presets import PRESETS
@@ -240,9 +240,7 @@ def bench(args: BenchArgs, tell: Callable[[str], None] = lambda what: None) -> d
         "walkers": args.walkers,
         "ticks_per_call": ticks,
         "memory": _memory(),
-        "command": f"jaxwalk bench --walkers {args.walkers} --seconds {args.seconds:g} --seed {args.seed}",
-        **runtime.hardware(),
-        "config": to_dict(config),
+        **results.stamp("bench", args, None, config),
     }
 
 

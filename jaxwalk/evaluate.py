@@ -15,8 +15,8 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from jaxwalk import files, runtime, scenarios, subjects
-from jaxwalk.config import RewardConfig, to_dict
+from jaxwalk import files, results, scenarios, subjects
+from jaxwalk.config import RewardConfig
 from jaxwalk.statistics import each_phase, threshold, worst_phase
 from jaxwalk.stepper import Task
 from jaxwalk.subjects import Subject
@@ -125,8 +125,7 @@ def evaluate(
             "threshold": threshold(pushed.impulses, shares),
             "threshold_worst_phase": worst_phase(each),
         }
-    options = {**asdict(args), "policy": args.policy, "json": None}
-    return result | {"config": to_dict(subject.config), "options": options, **runtime.hardware()}
+    return result | results.stamp("evaluate", args, subject, subject.config)
 
 
 def _walking(trials: Trial) -> Walking:

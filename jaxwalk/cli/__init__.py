@@ -22,6 +22,7 @@ _COMMANDS = {
     "agreement": "whether MJX and C MuJoCo say the same of a policy",
     "sensitivity": "what a policy's results owe to the physics' settings",
     "gait": "a gait report: joints, forces and powers over the stride, beside people's",
+    "report": "all of a policy's results as one page that stands alone",
     "render": "draw a policy's walk as mp4, gif or png",
     "bench": "measure the speed of the simulation and of training",
 }
