@@ -134,16 +134,15 @@ def _versions(found: Sequence[Found]) -> Table:
     return Table("Software.", ("package", *titles), rows)
 
 
-def _configuration(config: Config) -> Table:
+def _configuration(config: Config) -> tuple[Table, ...]:
+    """A table for each part of it."""
     defaults = dict(config_io.leaves(Config()))
-    rows = tuple(
-        (name, _shown(value), "" if value == defaults[name] else _shown(defaults[name]))
-        for name, value in config_io.leaves(config)
-    )
-    caption = (
-        "Every field of the policy's configuration, in SI units, and the default where it departs from it."
-    )
-    return Table(caption, ("field", "value", "default"), rows)
+    groups: dict[str, list[tuple[str, str]]] = {}
+    for name, value in config_io.leaves(config):
+        group, _, field = name.rpartition(".")
+        default = "" if value == defaults[name] else f" (default {_shown(defaults[name])})"
+        groups.setdefault(group, []).append((field, _shown(value) + default))
+    return tuple(Table(group or "policy", ("field", "value"), tuple(rows)) for group, rows in groups.items())
 
 
 def _shown(value: Any) -> str:

@@ -15,7 +15,7 @@ _ROWS = {
     "speed, m/s": "speed",
     "never fell, unpushed": "survival_unpushed",
     **{
-        f"{way}, {where.replace('_', ' ')}, N s": f"{where}_{way}"
+        f"push survived {way}, {where.replace('_', ' ')}, N s": f"{where}_{way}"
         for where in ("all_phases", "worst_phase")
         for way in WAYS
     },

@@ -120,8 +120,7 @@ def gait(result: dict[str, Any]) -> Section:
         return f"{one['mean']:.3g}{span} {marks[one['source']]}", inside
 
     table = Table(
-        "Over all strides. People: mean, and range or one standard deviation. "
-        + " ".join(f"{marks[source]} {source}: {what}" for source, what in result["sources"].items()),
+        "Over all strides. People: mean, and range or one standard deviation.",
         ("measure", "mean ± SD", "people", "within"),
         tuple(
             (
@@ -140,7 +139,8 @@ def gait(result: dict[str, Any]) -> Section:
             for name, one in result["symmetry"].items()
         ),
     )
-    return Section(sentences, (table, symmetry))
+    points = tuple(f"{marks[source]} {source}: {what}" for source, what in result["sources"].items())
+    return Section(sentences, (table, symmetry), points)
 
 
 def bench(result: dict[str, Any]) -> Section:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import resources
@@ -57,7 +58,7 @@ class Page:
       small: titles of the parts with small samples.
       figures: the parts.
       measured: when, with which seed, and on what each part was measured.
-      versions: of the parts. configuration: all fields.
+      versions: of the parts. configuration: all fields, by group.
       command: the line that made the page.
     """
 
@@ -70,8 +71,13 @@ class Page:
     figures: Sequence[Figure]
     measured: Table
     versions: Table
-    configuration: Table
+    configuration: tuple[Table, ...]
     command: str
+
+
+def _tied(text: str) -> str:
+    """Numbers and their units stay on one line."""
+    return re.sub(r"(?<=[\d+]) (?=%|N s\b|m\b|m/s\b|s\b)|(?<=N) (?=s\b)", "\u00a0", text)
 
 
 def render(page: Page) -> bytes:
@@ -79,5 +85,6 @@ def render(page: Page) -> bytes:
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
+    environment.filters["tied"] = _tied
     template = resources.files("jaxwalk.report").joinpath("page.html").read_text(encoding="utf-8")
     return environment.from_string(template).render(page=page).encode()

@@ -19,6 +19,7 @@ from jaxwalk.report.words import (
     interval,
     number,
     percent,
+    place,
     reach,
 )
 from jaxwalk.statistics import SURVIVED, pooled
@@ -65,7 +66,7 @@ def evaluate(result: dict[str, Any]) -> Section:
         "slowest phase, s",
     )  # fmt: skip
     caption = (
-        f"Pushes of {options['push_duration']:g} s, {options['push_height']:+g} m from the torso's centre, "
+        f"Pushes of {options['push_duration']:g} s {place(options['push_height'])}, "
         f"{replicas} walkers at each of {options['phases']} phases. Times until steady, over those who were."
     )
     return Section(tuple(sentences), (Table(caption, header, tuple(rows)),))
@@ -95,7 +96,7 @@ def push_map(result: dict[str, Any]) -> Section:
         f"{result['trials']:,} trials: {len(result['impulses'])} impulses at {len(phases)} phases of the "
         f"step x {result['replicas']} walkers. Lines: thresholds by phase, and the limits of a linear "
         "pendulum of the same body (A: the step in flight fixed, B: re-planned at once, C: no step back).",
-        f"For pushes of {result['durations'][0]:g} s, {result['heights'][0]:+g} m from the torso's centre, "
+        f"Of pushes of {result['durations'][0]:g} s {place(result['heights'][0])}, "
         f"{_MOST} survive up to {both_ways(sizes['all_phases'], largest)} over all phases, and up to "
         f"{both_ways(sizes['worst_phase'], largest)} at the worst phase.",
     )
@@ -170,9 +171,13 @@ def compare(result: dict[str, Any]) -> Section:
             for x in result["impulses"]
         ),
     )
-    told = [f"{one['sentence'][0].upper()}{one['sentence'][1:]}." for one in result["verdicts"]]
-    differ = [f"{line}." for line in result["controllers_differ"]]
-    return Section((*told, *differ), (summary, pushes))
+    members = sum(len(policy["members"]) for policy in policies)
+    sentences = (
+        f"{len(policies)} policies with {members} seeds in all, on the same starts, noise and pushes. One "
+        "beats another if its mean threshold at the worst phase of the step is higher in every direction.",
+    )
+    points = *(one["sentence"] for one in result["verdicts"]), *result["controllers_differ"]
+    return Section(sentences, (summary, pushes), points)
 
 
 SECTIONS: dict[Name, Callable[[dict[str, Any]], Section]] = {

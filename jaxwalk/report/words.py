@@ -20,10 +20,11 @@ class Table:
 
 @dataclass(frozen=True)
 class Section:
-    """What one part says: sentences, and the numbers behind them."""
+    """What one part says: sentences, the numbers behind them, and lines of a list."""
 
     sentences: tuple[str, ...]
     tables: tuple[Table, ...]
+    points: tuple[str, ...] = ()
 
 
 def percent(share: float) -> str:
@@ -55,6 +56,11 @@ def both_ways(threshold: Mapping[str, float | None], largest: Mapping[str, float
     """A threshold each way, in words."""
     told = {way: impulse(threshold[way], largest[way]) for way in ("forward", "backward")}
     return f"{told['forward']} N s forward and {told['backward']} N s backward"
+
+
+def place(height: float) -> str:
+    """Where a push lands, ``height`` m above the torso's centre."""
+    return "at the torso's centre" if height == 0 else f"{height:+g} m from the torso's centre"
 
 
 def span(values: Sequence[float], form: str) -> str:
