@@ -9,11 +9,11 @@ from jaxwalk.bench import BARE
 from jaxwalk.compare.summary import WAYS
 from jaxwalk.report.words import NOTHING, Section, Table, impulse, interval, number, percent, reach, span
 
-_PHYSICS = {  # of `sensitivity`: words and the unit that values are shown in
-    "timestep": ("time step, ms", 1e-3),
-    "iterations": ("solver iterations", 1),
-    "contact_timeconst": ("contact time constant, ms", 1e-3),
-    "friction": ("friction", 1),
+_PHYSICS = {  # of `sensitivity`: words, the unit that values are shown in, and its name
+    "timestep": ("time step", 1e-3, " ms"),
+    "iterations": ("solver iterations", 1, ""),
+    "contact_timeconst": ("contact time constant", 1e-3, " ms"),
+    "friction": ("friction", 1, ""),
 }
 
 
@@ -22,8 +22,8 @@ def sensitivity(result: dict[str, Any]) -> Section:
     rows, largest = result["rows"], reach(result["options"]["impulses"])
 
     def setting(row: dict[str, Any]) -> str:
-        name, unit = _PHYSICS[row["parameter"]]
-        return f"{name} {row['value'] / unit:g}{' *' if row['own'] else ''}"
+        name, unit, shown = _PHYSICS[row["parameter"]]
+        return f"{name} {row['value'] / unit:g}{shown}{' *' if row['own'] else ''}"
 
     def sizes(way: str) -> str:
         known = [row["threshold"][way] for row in rows if row["threshold"][way] is not None]
