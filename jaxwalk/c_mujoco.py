@@ -16,7 +16,9 @@ import mujoco
 import numpy as np
 from jaxtyping import Array, Float
 
+from jaxwalk import burdens
 from jaxwalk import physics as mjx_physics
+from jaxwalk.burdens import Burden
 from jaxwalk.config import REFERENCE_HEIGHT, REFERENCE_MASS, BodyConfig, PhysicsConfig
 from jaxwalk.physics import Plant, Readings
 from jaxwalk.similarity import Similarity
@@ -39,6 +41,7 @@ def step(
     plant: Plant,
     command: Float[Array, "6"],
     push: Float[Array, "2"],
+    burden: Burden | None = None,
 ) -> tuple[Plant, Readings]:
     """One tick, as `jaxwalk.physics.step` makes it.
 
@@ -47,11 +50,13 @@ def step(
       physics: its solver settings are not used, see `converged`.
       command: [6] hip rate (rad/s), knee angle (rad), ankle torque (N m); left, then right.
       push: [2] forward force at the torso's centre of mass (N) and pitching moment (N m).
+      burden: its pack and floor; its force is part of ``push``.
 
     Returns:
       The plant after the tick, and what was sensed; NaN throughout for a plant that is not finite.
     """
-    sizes = jnp.stack([jnp.float32(body.length), jnp.float32(body.mass)])
+    borne = () if burden is None else (burden.mass, burden.ahead, burden.up, burden.friction)
+    sizes = jnp.stack([jnp.float32(x) for x in (body.length, body.mass, *borne)])
     plain = jax.ShapeDtypeStruct((9,), jnp.float32)
     qpos, qvel, warmstart, sensed = jax.pure_callback(
         partial(_batch, config, physics),
@@ -68,12 +73,28 @@ def step(
 
 
 @lru_cache(maxsize=_BODIES)
-def _model(config: BodyConfig, physics: PhysicsConfig, length: float, mass: float) -> mujoco.MjModel:
+def _model(
+    config: BodyConfig, physics: PhysicsConfig, length: float, mass: float, *borne: float
+) -> mujoco.MjModel:
     body = dataclasses.replace(config, height=length * REFERENCE_HEIGHT, mass=mass * REFERENCE_MASS)
     model = mjx_physics.compile_mujoco(body, converged(physics))
     # A state that blows up is told as it is (a fall), not put back to the start.
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    if borne:
+        _put_onto(model, *borne)
     return model
+
+
+def _put_onto(model: mujoco.MjModel, pack: float, ahead: float, up: float, friction: float) -> None:
+    """As `burdens.onto` does."""
+    burden = Burden(pack, ahead, up, 0.0, friction)
+    own = model.body_inertia[1, 1]
+    _, (forth, higher), inertia = burdens.laden(model.body_mass[1], own, burden)
+    model.body_mass[1] += pack
+    model.body_subtreemass[:2] += pack
+    model.body_ipos[1] += [forth, 0.0, higher]
+    model.body_inertia[1] *= inertia / own
+    model.pair_friction[:, :2] = friction
 
 
 def _batch(
@@ -89,7 +110,7 @@ def _batch(
     """[..., n] arrays of any leading shape; gives qpos, qvel, warmstart and sensors, float32 as they came."""
     lead = qpos.shape[:-1]
     told = [np.asarray(x, np.float64).reshape(-1, x.shape[-1]) for x in (qpos, qvel, warmstart, command)]
-    sizes = [(length, mass) for length, mass in np.asarray(bodies, np.float64).reshape(-1, 2).tolist()]
+    sizes = [tuple(row) for row in np.asarray(bodies, np.float64).reshape(-1, bodies.shape[-1]).tolist()]
     known = {size: _model(config, physics, *size) for size in set(sizes)}
     models = [known[size] for size in sizes]
     wrench = np.zeros((len(models), models[0].nbody, 6))

@@ -16,7 +16,8 @@ from rich.progress import Progress
 from rich.table import Table
 
 from jaxwalk import files, results, scenarios, subjects
-from jaxwalk.config import RewardConfig
+from jaxwalk.burdens import Burden
+from jaxwalk.config import BodyConfig, RewardConfig
 from jaxwalk.statistics import each_phase, threshold, worst_phase
 from jaxwalk.stepper import Task
 from jaxwalk.subjects import Subject
@@ -85,6 +86,10 @@ class Programs:
         """The one that runs ``subject``."""
         # What is earned is not looked at: policies trained for other rewards need no other program.
         task = replace(Task.of(subject.config, self._engine), reward=RewardConfig(), gamma=1.0)
+        # Nor do other sizes and noises: each scenario brings its own.
+        body = BodyConfig(table=task.setup.body.table)
+        sensors = replace(task.setup.sensors, noise=1.0)
+        task = replace(task, setup=replace(task.setup, body=body, sensors=sensors))
         key = subject.act, task
         if key not in self._runners:
             self._runners[key] = Runner(task, subject.act, self._batch)
@@ -96,12 +101,14 @@ def evaluate(
     args: EvaluateArgs,
     tell: Tell = lambda what, share: None,
     programs: Programs | None = None,
+    burden: Burden | None = None,
 ) -> dict[str, Any]:
     """All of it, as the JSON that ``jaxwalk evaluate`` writes.
 
     Args:
       tell: called with what is under way and the share of it that is done.
       programs: made for the same ``args``; default: one of its own.
+      burden: what all walkers bear without being told.
     """
     runner = (programs or Programs(args)).of(subject)
 
@@ -112,12 +119,12 @@ def evaluate(
     blank = Profile(jnp.zeros(BINS), jnp.float32(0.6))
     none = np.zeros(args.walkers, np.float32)
     calm = scenarios.batch(
-        subject.config, none, none, scenarios.keys(args.seed, scenarios.CALM, args.walkers)
+        subject.config, none, none, scenarios.keys(args.seed, scenarios.CALM, args.walkers), burden=burden
     )
     walked = follow("walking", calm, blank, args.seconds)
     result: dict[str, Any] = {"walking": asdict(_walking(walked))}
     if args.impulses:
-        pushed = _push_test(subject, args, profile_of(walked), follow)
+        pushed = _push_test(subject, args, profile_of(walked), follow, burden)
         shares = [float(np.mean(row)) for row in pushed.survival]
         each = each_phase(pushed.impulses, pushed.survival)
         result |= {
@@ -156,7 +163,11 @@ def profile_of(trials: Trial) -> Profile:
 
 
 def _push_test(
-    subject: Subject, args: EvaluateArgs, profile: Profile, follow: Callable[..., Trial]
+    subject: Subject,
+    args: EvaluateArgs,
+    profile: Profile,
+    follow: Callable[..., Trial],
+    burden: Burden | None,
 ) -> Pushes:
     impulses = np.array(sorted(args.impulses), np.float32)
     phases = np.arange(args.phases, dtype=np.float32) / args.phases
@@ -169,6 +180,7 @@ def _push_test(
         scenarios.keys(args.seed, scenarios.PUSHED, int(np.prod(shape))),
         args.push_height,
         args.push_duration,
+        burden,
     )
     trials = follow("pushes", tried, profile, BEFORE_PUSH + AFTER_PUSH)
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import math
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +51,15 @@ def write_bytes(path: Path, content: bytes) -> None:
         raise UserError(
             f"cannot write {path}: {error.strerror}; name a file in a folder that can be written"
         ) from error
+
+
+def to_csv(lines: Sequence[Mapping[str, Any]]) -> bytes:
+    """A table with a head, from lines of the same names."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, fieldnames=list(lines[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(lines)
+    return text.getvalue().encode()
 
 
 def check_output(option: str, path: Path) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Array
 
 from jaxwalk import pushes
+from jaxwalk.burdens import Burden
 from jaxwalk.config import Config
 from jaxwalk.trials import Scenario
 
@@ -22,6 +23,7 @@ def batch(
     keys: Array,
     push_height: np.ndarray | float = 0.0,
     push_seconds: np.ndarray | float | None = None,
+    burden: Burden | None = None,
 ) -> Scenario:
     """[N] scenarios.
 
@@ -29,6 +31,7 @@ def batch(
       impulse, phase: [N] N s and share of the step; an impulse of 0 is no push.
       keys: [N] of the starts and the noise.
       push_height: m above the torso's centre. push_seconds: default as configured.
+      burden: what all bear.
     """
     count = len(impulse)
 
@@ -47,6 +50,7 @@ def batch(
         push_height=all_of(push_height),
         phase=all_of(phase),
         key=keys,
+        burden=jax.tree.map(all_of, burden),
     )
 
 

@@ -10,6 +10,7 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
 from jaxwalk import footstep, walker
+from jaxwalk.burdens import Burden
 from jaxwalk.config import Config, Engine, GaitConfig, RewardConfig
 from jaxwalk.ddpg.types import Transition
 from jaxwalk.walker import Setup, Walker
@@ -101,9 +102,10 @@ def start(
     mass: Float[Array, ""],
     noise: Float[Array, ""],
     key: PRNGKeyArray,
+    burden: Burden | None = None,
 ) -> Stepper:
     """A new walker whose front foot has just landed, so that its first decision is due."""
-    who = walker.person(numbers, height, mass)
+    who = walker.person(numbers, height, mass, burden)
     state = walker.start(task.setup, who, key, noise)
     length = walker.landed_length(task.setup, state)
     observation = footstep.observe(task.observation, task.setup, state, length)

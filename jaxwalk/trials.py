@@ -20,6 +20,7 @@ from jax.sharding import Mesh
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from jaxwalk import devices, pushes, stepper, walker
+from jaxwalk.burdens import Burden
 from jaxwalk.config import GaitConfig
 from jaxwalk.stepper import Stepper, Task
 
@@ -45,6 +46,7 @@ class Scenario:
       push_height: above the torso's centre, m.
       phase: of the step at which it begins, 0..1.
       key: of the start and the noise.
+      burden: what it bears that its controllers do not know of; None for nothing.
     """
 
     height: Float[Array, ""]
@@ -55,6 +57,7 @@ class Scenario:
     push_height: Float[Array, ""]
     phase: Float[Array, ""]
     key: PRNGKeyArray
+    burden: Burden | None = None
 
 
 @struct.dataclass
@@ -132,7 +135,8 @@ class Trial:
 
 def begin(task: Task, numbers: GaitConfig, scenario: Scenario) -> Trial:
     """A trial at its start; the push waits for its step."""
-    state = stepper.start(task, numbers, scenario.height, scenario.mass, scenario.noise, scenario.key)
+    who = (scenario.height, scenario.mass, scenario.noise)
+    state = stepper.start(task, numbers, *who, scenario.key, scenario.burden)
     push = pushes.none().replace(
         ticks=scenario.push_ticks,
         force=scenario.impulse / (scenario.push_ticks * task.setup.timestep),
@@ -256,9 +260,7 @@ class Runner:
         self.task = task = dataclasses.replace(task, episode_ticks=pushes.NEVER)
         self.batch = -(-batch // mesh.size) * mesh.size
         self._windows = max(1, round(1.0 / (task.setup.timestep * task.setup.window_ticks)))
-        self._begin = devices.spread(
-            lambda n, s: jax.vmap(partial(begin, task, n))(s), mesh, (False, True)
-        )
+        self._begin = devices.spread(lambda n, s: jax.vmap(partial(begin, task, n))(s), mesh, (False, True))
         each = partial(advance, task, act, self._windows)
         self._advance = devices.spread(
             lambda p, f, t: jax.vmap(lambda one: each(p, f, one))(t), mesh, (False, False, True)

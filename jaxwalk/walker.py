@@ -10,14 +10,12 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 from mujoco import mjx
 
-from jaxwalk import back_step, c_mujoco, controllers, gait, kinematics, physics, pushes, sensors
+from jaxwalk import back_step, burdens, c_mujoco, controllers, gait, kinematics, physics, pushes, sensors
 from jaxwalk import body as body_lib
+from jaxwalk.burdens import Burden
 from jaxwalk.config import BodyConfig, Config, Engine, GaitConfig, PhysicsConfig, SensorConfig
 from jaxwalk.gait import GaitState
 from jaxwalk.similarity import Similarity
-
-Model = mjx.Model | Similarity
-"""What the engine needs to know of a body: all of it (MJX), or its size and mass (C MuJoCo)."""
 
 
 @dataclass(frozen=True)
@@ -46,10 +44,16 @@ class Person:
     Attributes:
       ratio: its body's size and mass against the reference body.
       gait: the controllers' numbers, scaled to it.
+      burden: what it bears that they do not know of; None for nothing, at no cost.
     """
 
     ratio: Similarity
     gait: GaitConfig
+    burden: Burden | None = None
+
+
+Model = mjx.Model | Person
+"""What the engine needs to know of a body: all of it (MJX), or who it is (C MuJoCo)."""
 
 
 @struct.dataclass
@@ -96,12 +100,14 @@ class Event:
     step_seconds: Float[Array, ""]
 
 
-def person(config: GaitConfig, height: Float[Array, ""], mass: Float[Array, ""]) -> Person:
-    """A walker of ``height`` m and ``mass`` kg."""
+def person(
+    config: GaitConfig, height: Float[Array, ""], mass: Float[Array, ""], burden: Burden | None = None
+) -> Person:
+    """A walker of ``height`` m and ``mass`` kg, with what it bears."""
     ratio = Similarity.of(height, mass)
     # Strong types: a weakly typed leaf would make the same program compile twice.
     numbers = jax.tree.map(lambda x: jnp.asarray(x, jnp.float32), gait.scaled(config, ratio))
-    return Person(ratio, numbers)
+    return Person(ratio, numbers, burden)
 
 
 def _reference_body(setup: Setup) -> body_lib.Body:
@@ -126,8 +132,9 @@ def inertias(setup: Setup, who: Person) -> controllers.Inertias:
 def model(setup: Setup, who: Person) -> Model:
     """Its body, for ``setup``'s engine."""
     if setup.engine == "mujoco":
-        return who.ratio
-    return physics.model_of(setup.body, setup.physics, who.ratio)
+        return who
+    unladen = physics.model_of(setup.body, setup.physics, who.ratio)
+    return unladen if who.burden is None else burdens.onto(unladen, who.burden)
 
 
 def start(
@@ -220,8 +227,8 @@ def move(
     setup: Setup, model: Model, plant: physics.Plant, command: Float[Array, "6"], push: Float[Array, "2"]
 ) -> tuple[physics.Plant, physics.Readings]:
     """One tick of the plant alone, by ``setup``'s engine (see `physics.step`)."""
-    if isinstance(model, Similarity):
-        return c_mujoco.step(setup.body, setup.physics, model, plant, command, push)
+    if isinstance(model, Person):
+        return c_mujoco.step(setup.body, setup.physics, model.ratio, plant, command, push, model.burden)
     return physics.step(setup.body, setup.physics, model, plant, command, push)
 
 
@@ -235,6 +242,9 @@ def tick(setup: Setup, model: Model, walker: Walker) -> tuple[Walker, Event]:
     bones = skeleton(setup, who)
     command = controllers.command(numbers, bones, walker.gait, walker.estimate)
     push = pushes.wrench(walker.push, walker.tick, walker.plant.qpos[2])
+    if who.burden is not None:
+        torso = _reference_body(setup).torso.mass * who.ratio.mass
+        push = burdens.felt(who.burden, torso, push, walker.plant.qpos[2])
     plant, readings = move(setup, model, walker.plant, command, push)
     noise_key = jax.random.fold_in(walker.key, walker.tick)
     state, estimate = sensors.measure(setup.sensors, setup.timestep, walker.sensors, readings, noise_key)

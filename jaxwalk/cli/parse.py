@@ -131,3 +131,13 @@ OptionalFloat = Annotated[float | None, tyro.conf.arg(metavar="FLOAT")]
 Impulses = Annotated[tuple[float, ...], _list_of("impulses")]
 """Impulses in N s, as ``30,-40`` on the command line; positive ones push forward."""
 Numbers = Annotated[tuple[float, ...], _list_of("numbers")]
+Names = Annotated[
+    tuple[str, ...],
+    tyro.constructors.PrimitiveConstructorSpec(
+        nargs=1,
+        metavar="NAME,NAME,...",
+        instance_from_str=lambda values: tuple(name.strip() for name in values[0].split(",")),
+        is_instance=lambda value: isinstance(value, tuple) and all(isinstance(item, str) for item in value),
+        str_from_instance=lambda names: [",".join(names)],
+    ),
+]

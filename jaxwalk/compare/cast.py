@@ -44,13 +44,20 @@ def load(entries: Sequence[Entry], **changes: float | None) -> list[list[Member]
     cast = [[_member(name, changes) for name in entry.members] for entry in entries]
     first, *others = [member for members in cast for member in members]
     for other in others:
-        for field, ours, theirs in _differences(first.subject.config, other.subject.config):
-            if field.split(".")[0] in _WORLD or field in _AIM:
-                raise UserError(
-                    f"{first.subject.name} and {other.subject.name} differ in {field}: {_shown(ours)} and "
-                    f"{_shown(theirs)}; give policies of one body, physics, sensors and speed"
-                )
+        check_world(first.subject, other.subject)
     return cast
+
+
+def check_world(first: Subject, other: Subject) -> None:
+    """Raises:
+    UserError: they do not walk in one world.
+    """
+    for field, ours, theirs in _differences(first.config, other.config):
+        if field.split(".")[0] in _WORLD or field in _AIM:
+            raise UserError(
+                f"{first.name} and {other.name} differ in {field}: {_shown(ours)} and "
+                f"{_shown(theirs)}; give policies of one body, physics, sensors and speed"
+            )
 
 
 def controllers_differ(cast: Sequence[Sequence[Member]]) -> list[str]:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
-import io
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
@@ -108,11 +106,7 @@ def table(result: dict[str, Any]) -> bytes:
             for what in ("mean", "sd", "min", "max"):
                 over = {figure: values[what] for figure, values in policy["spread"].items()}
                 lines.append({"name": policy["name"], "line": what, **over})
-    text = io.StringIO()
-    writer = csv.DictWriter(text, fieldnames=list(lines[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(lines)
-    return text.getvalue().encode()
+    return files.to_csv(lines)
 
 
 def main(args: CompareArgs) -> None:

@@ -5,18 +5,16 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import evaluate, files, results, subjects
+from jaxwalk import evaluate, files, results, subjects, sweeps
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.config import Config
 from jaxwalk.evaluate import Tell
 from jaxwalk.sensitivity import picture
 from jaxwalk.sensitivity.settings import PARAMETERS, Setting, settings
-from jaxwalk.statistics import pooled
 from jaxwalk.subjects import Subject
 
 if TYPE_CHECKING:
@@ -53,23 +51,12 @@ def sensitivity(
     for place, one in enumerate(plan):
         if one.config not in known:
             changed = dataclasses.replace(subject, config=one.config)
-            known[one.config] = _measured(evaluate.evaluate(changed, options), options)
+            known[one.config] = sweeps.measured(evaluate.evaluate(changed, options), options)
         rows.append({"parameter": one.parameter, "value": one.value, "own": one.own, **known[one.config]})
         tell("settings", (place + 1) / len(plan))
     return {
         "rows": rows,
         **results.stamp("sensitivity", args, subject, subject.config),
-    }
-
-
-def _measured(found: dict[str, Any], options: EvaluateArgs) -> dict[str, Any]:
-    walking, shares = found["walking"], np.asarray(found["pushes"]["survival"])
-    survivors = round(float(shares.sum()) * options.replicas)
-    return {
-        "walking": walking,
-        "never_fell": pooled(round(walking["survival"] * options.walkers), options.walkers),
-        "pushes_survived": pooled(survivors, shares.size * options.replicas),
-        "threshold": found["threshold"],
     }
 
 
@@ -89,17 +76,8 @@ def main(args: SensitivityArgs) -> None:
 
 
 def _print(console: Console, name: str, rows: list[dict[str, Any]]) -> None:
-    columns = ("setting (* own)", "up", "m/s", "step, m", "pushed, up", "+ / - N s")
-    table = Table(*columns, title=name, box=box.SIMPLE)
+    table = Table("setting (* own)", *sweeps.COLUMNS, title=name, box=box.SIMPLE)
     for row in rows:
-        walking, pushes = row["walking"], row["pushes_survived"]
-        sizes = ["-" if size is None else f"{size:g}" for size in row["threshold"].values()]
-        table.add_row(
-            f"{row['parameter']} {row['value']:g}{'*' if row['own'] else ''}",
-            f"{row['never_fell']['share']:.3f}",
-            f"{walking['speed_mean']:.3f}",
-            f"{walking['step_length_mean']:.3f}",
-            f"{pushes['share']:.2f} ({pushes['low']:.2f}-{pushes['high']:.2f})",
-            " / ".join(sizes),
-        )
+        setting = f"{row['parameter']} {row['value']:g}{'*' if row['own'] else ''}"
+        table.add_row(setting, *sweeps.cells(row))
     console.print(table)

@@ -5,10 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from matplotlib.axes import Axes
-
-from jaxwalk import plots
+from jaxwalk import plots, sweeps
 
 _LABELS = {  # and the unit that its values are shown in
     "timestep": ("time step, ms", 1e-3),
@@ -16,7 +13,12 @@ _LABELS = {  # and the unit that its values are shown in
     "contact_timeconst": ("contact time constant, ms", 1e-3),
     "friction": ("friction", 1),
 }
-_BLUE, _ORANGE = "#2f6db5", "#d9742b"
+_FIRST, _SECOND = {"color": sweeps.BLUE, "marker": "o"}, {"color": sweeps.ORANGE, "marker": "s"}
+_SHARES = (
+    ("never_fell", "never fell, unpushed", _FIRST),
+    ("pushes_survived", "pushes survived", _SECOND),
+)
+_WAYS = (("forward", _FIRST), ("backward", _SECOND))
 
 
 def draw(result: dict[str, Any], title: str, path: Path) -> None:
@@ -31,14 +33,14 @@ def draw(result: dict[str, Any], title: str, path: Path) -> None:
     for column, (parameter, (label, unit)) in enumerate(_LABELS.items()):
         rows = [row for row in result["rows"] if row["parameter"] == parameter]
         speed, survival, threshold = panels[:, column]
-        _speed(speed, rows)
-        _survival(survival, rows)
-        _threshold(threshold, rows)
+        sweeps.speed(speed, rows)
+        for name, told, style in _SHARES:
+            sweeps.survival(survival, rows, name, label=told, **style)
+        for way, style in _WAYS:
+            sweeps.threshold(threshold, rows, way, label=way, **style)
         own = next(row["value"] for row in rows if row["own"])
         for axes in panels[:, column]:
-            axes.axvline(own, color="0.8", linewidth=4, zorder=0)
-            axes.grid(axis="y", color="0.92")
-            axes.spines[["top", "right"]].set_visible(False)
+            sweeps.prepare(axes, own)
         threshold.set_xlabel(label)
         threshold.set_xticks([row["value"] for row in rows], [f"{row['value'] / unit:g}" for row in rows])
     panels[0, 0].set_ylabel("speed, m/s\n(bar: between walkers)")
@@ -49,34 +51,3 @@ def draw(result: dict[str, Any], title: str, path: Path) -> None:
         axes.legend(frameon=False, fontsize=8, loc="lower left")
     figure.suptitle(f"{title} (grey: its own)", fontsize=11, x=0.01, ha="left")
     plots.write_png(figure, path)
-
-
-def _values(rows: list[dict[str, Any]]) -> list[int | float]:
-    return [row["value"] for row in rows]
-
-
-def _speed(axes: Axes, rows: list[dict[str, Any]]) -> None:
-    walking = [row["walking"] for row in rows]
-    axes.errorbar(
-        _values(rows), [w["speed_mean"] for w in walking], [w["speed_std"] for w in walking],
-        marker="o", color=_BLUE, capsize=3,
-    )  # fmt: skip
-
-
-def _survival(axes: Axes, rows: list[dict[str, Any]]) -> None:
-    for name, label, colour, marker in (
-        ("never_fell", "never fell, unpushed", _BLUE, "o"),
-        ("pushes_survived", "pushes survived", _ORANGE, "s"),
-    ):
-        share, low, high = (np.array([row[name][key] for row in rows]) for key in ("share", "low", "high"))
-        axes.errorbar(
-            _values(rows), share, [share - low, high - share],
-            marker=marker, color=colour, capsize=3, label=label,
-        )  # fmt: skip
-    axes.set_ylim(-0.03, 1.03)
-
-
-def _threshold(axes: Axes, rows: list[dict[str, Any]]) -> None:
-    for way, colour, marker in (("forward", _BLUE, "o"), ("backward", _ORANGE, "s")):
-        sizes = [np.nan if row["threshold"][way] is None else row["threshold"][way] for row in rows]
-        axes.plot(_values(rows), sizes, marker=marker, color=colour, label=way)

@@ -82,7 +82,7 @@ def test_the_command_measures_each_setting_once(monkeypatch, tmp_path, capsys, e
             "step_length_mean": 0.4, "step_duration_mean": 0.4,
         }  # fmt: skip
         last = 1.0 if subject.config.physics.friction > 1 else 0.0
-        pushes = {"survival": [[1.0, last]]}
+        pushes = {"survival": [[1.0, last]], "impulses": [40.0]}
         return {"walking": walking, "pushes": pushes, "threshold": {"forward": 40.0, "backward": None}}
 
     monkeypatch.setattr(evaluate, "evaluate", canned)
