@@ -12,7 +12,7 @@ from jaxwalk.cli import checks
 from jaxwalk.cli.parse import OptionalFile, Policy, parse
 from jaxwalk.errors import UserError
 
-Name = Literal["compare", "evaluate", "push-map", "sensitivity", "agreement", "gait", "bench"]
+Name = Literal["compare", "evaluate", "push-map", "generalise", "sensitivity", "agreement", "gait", "bench"]
 """Parts of the report, in their order on the page: each is the command of that name."""
 
 

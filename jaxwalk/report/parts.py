@@ -14,6 +14,7 @@ from jaxwalk.cli.bench import BenchArgs
 from jaxwalk.cli.compare import CompareArgs
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.cli.gait import GaitArgs
+from jaxwalk.cli.generalise import GeneraliseArgs
 from jaxwalk.cli.push_map import PushMapArgs
 from jaxwalk.cli.report import Name
 from jaxwalk.cli.sensitivity import SensitivityArgs
@@ -84,6 +85,10 @@ PARTS: dict[Name, Part] = {
         Part(
             "push-map", "Push map", "jaxwalk.pushmap.command", PushMapArgs,
             "map.json", "map.png", {}, {**_FEW, "phases": 8},
+        ),
+        Part(
+            "generalise", "Bodies, loads, floors, sensors and speeds", "jaxwalk.generalise.command",
+            GeneraliseArgs, "generalise.json", "generalise.png", {}, {"walkers": 16, **_FEW},
         ),
         Part(
             "sensitivity", "What the results owe to the physics' settings", "jaxwalk.sensitivity.command",

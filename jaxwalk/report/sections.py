@@ -9,7 +9,7 @@ import numpy as np
 
 from jaxwalk.cli.report import Name
 from jaxwalk.compare.summary import WAYS
-from jaxwalk.report import measured
+from jaxwalk.report import generalised, measured
 from jaxwalk.report.words import (
     NOTHING,
     Section,
@@ -184,6 +184,7 @@ SECTIONS: dict[Name, Callable[[dict[str, Any]], Section]] = {
     "compare": compare,
     "evaluate": evaluate,
     "push-map": push_map,
+    "generalise": generalised.generalise,
     "sensitivity": measured.sensitivity,
     "agreement": measured.agreement,
     "gait": measured.gait,

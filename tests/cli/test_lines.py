@@ -14,6 +14,7 @@ from jaxwalk.cli.bench import BenchArgs
 from jaxwalk.cli.compare import CompareArgs
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.cli.gait import GaitArgs
+from jaxwalk.cli.generalise import GeneraliseArgs
 from jaxwalk.cli.parse import parse
 from jaxwalk.cli.push_map import PushMapArgs
 from jaxwalk.cli.report import ReportArgs
@@ -26,6 +27,7 @@ CASES = [
     ("compare", CompareArgs(("fixed", "my ddpg=runs/a,runs/b"), Path("c"), noise=1e-05, impulses=(-40.0,))),
     ("agreement", AgreementArgs("shipped", Path("a"), mass=60.0)),
     ("sensitivity", SensitivityArgs("shipped", Path("s"), timesteps=(0.001,), iterations=(2.0, 16.0))),
+    ("generalise", GeneraliseArgs("shipped", Path("n"), only=("mass", "force"), masses=(60.5,))),
     ("gait", GaitArgs("shipped", Path("g"), seconds=6.5)),
     ("bench", BenchArgs(walkers=3)),
     ("report", ReportArgs("shipped", Path("r.html"), quick=True, parts=("gait", "bench"))),

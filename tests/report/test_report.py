@@ -21,11 +21,17 @@ from jaxwalk.pushmap.grid import Grid
 from jaxwalk.pushmap.table import Table
 from jaxwalk.report.parts import PARTS
 
-CANNED = ("compare", "evaluate", "sensitivity", "agreement")  # what stands on `evaluate.evaluate` alone
+CANNED = (
+    "compare",
+    "evaluate",
+    "generalise",
+    "sensitivity",
+    "agreement",
+)  # what stands on `evaluate.evaluate` alone
 VOID = {"area", "br", "col", "hr", "img", "input", "link", "meta", "source", "wbr"}
 
 
-def canned(subject, args, tell=None, programs=None):
+def canned(subject, args, tell=None, programs=None, burden=None):
     """An evaluation of known outcome: pushes of 50 N s and less are survived, by ``fixed`` of 40."""
     limit = 40 if subject.name == "fixed" else 50
     impulses = sorted(args.impulses)
@@ -109,9 +115,9 @@ def asked(monkeypatch):
     """Evaluations are canned; gives the options of each."""
     calls = []
 
-    def recorded(subject, args, *rest):
+    def recorded(subject, args, *rest, **more):
         calls.append(args)
-        return canned(subject, args, *rest)
+        return canned(subject, args, *rest, **more)
 
     monkeypatch.setattr(evaluate, "evaluate", recorded)
     return calls
@@ -199,6 +205,7 @@ def test_the_page_says_the_known_numbers(document):
     assert "30 left and 31 right strides of 8 walkers, of whom 1 fell" in said
     assert "Of 1 measures whose range in people is known, 0 lie within it" in said
     assert "tick at 0.91" in said
+    assert "of the walkers of fixed stay up in 33 of 33" in said
     # Wilson, 95 %: 16 of 16 is [0.806, 1]; cells that agree fully overlap.
     assert "overlap in 100.0 % of 72 cells" in said
     assert subjects.load("shipped").digest in said and subjects.origin("shipped").command in said
