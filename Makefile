@@ -13,7 +13,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.installed-$(EXTRAS)
 
 .DEFAULT_GOAL := help
-.PHONY: help train test test-all bench lint tune models clean
+.PHONY: help train test test-all bench report lint tune models clean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -29,6 +29,10 @@ test-all: $(READY) ## all tests
 
 bench: $(READY) ## bare mjx.step, the whole tick and the training loop, measured
 	$(BIN)/jaxwalk bench $(ARGS)
+
+report: $(READY) ## one page of everything about a policy (ARGS="runs/NAME --out page.html")
+	@mkdir -p runs
+	$(BIN)/jaxwalk report $(or $(ARGS),shipped --out runs/report.html)
 
 lint: $(READY) ## style and types
 	$(BIN)/ruff check .

@@ -33,14 +33,14 @@ from jaxwalk import (
     footstep,
     physics,
     pushes,
-    runtime,
+    results,
     scenarios,
     stepper,
     subjects,
     walker,
     windows,
 )
-from jaxwalk.config import Config, to_dict
+from jaxwalk.config import Config
 from jaxwalk.devices import AXIS
 from jaxwalk.errors import UserError
 from jaxwalk.presets import PRESETS
@@ -273,9 +273,7 @@ def bench(args: BenchArgs, tell: Callable[[str], None] = lambda what: None) -> d
         "walkers": args.walkers,
         "ticks_per_call": ticks,
         "memory": _memory(),
-        "command": f"jaxwalk bench --walkers {args.walkers} --seconds {args.seconds:g} --seed {args.seed}",
-        **runtime.hardware(),
-        "config": to_dict(config),
+        **results.stamp("bench", args, None, config),
     }
 
 

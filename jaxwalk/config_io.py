@@ -7,6 +7,7 @@ import math
 import types
 import typing
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from jaxwalk import body
@@ -60,6 +61,8 @@ def _decode(kind: Any, value: Any, where: str) -> Any:
         if not isinstance(value, list | tuple):
             raise UserError(f"{where} = {value!r}: give a list")
         return tuple(_decode(args[0], item, f"{where}[{i}]") for i, item in enumerate(value))
+    if kind is Path and isinstance(value, str):
+        return Path(value)
     # bool is an int to Python, but 1 for a switch or true for a count is a mistake in a file.
     if kind is float and isinstance(value, int | float) and not isinstance(value, bool):
         return float(value)

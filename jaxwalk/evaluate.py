@@ -15,9 +15,9 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from jaxwalk import files, runtime, scenarios, subjects
+from jaxwalk import files, results, scenarios, subjects
 from jaxwalk.burdens import Burden
-from jaxwalk.config import BodyConfig, RewardConfig, to_dict
+from jaxwalk.config import BodyConfig, RewardConfig
 from jaxwalk.statistics import each_phase, threshold, worst_phase
 from jaxwalk.stepper import Task
 from jaxwalk.subjects import Subject
@@ -132,8 +132,7 @@ def evaluate(
             "threshold": threshold(pushed.impulses, shares),
             "threshold_worst_phase": worst_phase(each),
         }
-    options = {**asdict(args), "policy": args.policy, "json": None}
-    return result | {"config": to_dict(subject.config), "options": options, **runtime.hardware()}
+    return result | results.stamp("evaluate", args, subject, subject.config)
 
 
 def _walking(trials: Trial) -> Walking:

@@ -73,11 +73,7 @@ def load(
         config = _changed(seen, speed, height, mass, noise)
         rule = baselines.strong(baselines.RULES[name])
         return Subject(name, config, (rule, baselines.reference(config.gait)), baselines.act)
-    if name == SHIPPED:
-        path = resources.model_path("shipped.safetensors")
-    else:
-        path = Path(name)
-        path = path / run_folder.POLICY if path.is_dir() else path
+    path = _file(name)
     loaded = policy.load(path)
     try:
         trained = config_io.from_dict(Config, json.loads(loaded.metadata.config))
@@ -94,6 +90,22 @@ def load(
         )
     config = _changed(trained, speed, height, mass, noise)
     return Subject(name, config, policy.without_origin(loaded), policy.act)
+
+
+def origin(name: str) -> policy.Metadata | None:
+    """Where the policy called ``name`` comes from; None for the rules that nobody trained.
+
+    Raises:
+      UserError: no such policy, or a damaged one.
+    """
+    return None if name == FIXED or name in baselines.RULES else policy.load(_file(name)).metadata
+
+
+def _file(name: str) -> Path:
+    if name == SHIPPED:
+        return resources.model_path("shipped.safetensors")
+    path = Path(name)
+    return path / run_folder.POLICY if path.is_dir() else path
 
 
 def _never_adapted(action: Float[Array, "2"], observation: Float[Array, "O"]) -> Float[Array, "2"]:

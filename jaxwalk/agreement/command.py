@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, get_args
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import evaluate, files, runtime, subjects
+from jaxwalk import evaluate, files, results, subjects
 from jaxwalk.agreement import compare, picture
 from jaxwalk.cli.evaluate import EvaluateArgs
-from jaxwalk.config import Engine, to_dict
+from jaxwalk.config import Engine
 from jaxwalk.evaluate import Tell
 from jaxwalk.subjects import Subject
 
@@ -38,12 +38,9 @@ def agreement(subject: Subject, args: AgreementArgs, tell: Tell = lambda what, s
         engines[engine] = {name: found[name] for name in TOLD}
     first, second = engines.values()
     return {
-        "policy": args.policy,
         "engines": engines,
         **compare.compare(first, second, args.walkers, args.replicas),
-        "options": shared,
-        "config": to_dict(subject.config),
-        **runtime.hardware(),
+        **results.stamp("agreement", args, subject, subject.config),
     }
 
 

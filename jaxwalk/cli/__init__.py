@@ -23,6 +23,7 @@ _COMMANDS = {
     "sensitivity": "what a policy's results owe to the physics' settings",
     "generalise": "other bodies, loads, floors, sensors and speeds, the policy frozen",
     "gait": "a gait report: joints, forces and powers over the stride, beside people's",
+    "report": "all of a policy's results as one page that stands alone",
     "render": "draw a policy's walk as mp4, gif or png",
     "bench": "measure the speed of the simulation and of training",
 }

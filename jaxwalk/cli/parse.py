@@ -102,6 +102,11 @@ def _numbers_from_str(values: list[str], what: str) -> tuple[float, ...]:
     return numbers
 
 
+def plain(value: Any) -> str:
+    """A value as it is given on the command line; a number in the fewest digits that read back."""
+    return repr(value).removesuffix(".0") if isinstance(value, float) else str(value)
+
+
 def _is_numbers(value: Any) -> bool:
     return isinstance(value, tuple) and all(isinstance(item, float) for item in value)
 
@@ -112,7 +117,7 @@ def _list_of(what: str) -> tyro.constructors.PrimitiveConstructorSpec:
         metavar="N,N,...",
         instance_from_str=lambda values: _numbers_from_str(values, what),
         is_instance=_is_numbers,
-        str_from_instance=lambda numbers: [",".join(f"{number:g}" for number in numbers)],
+        str_from_instance=lambda numbers: [",".join(map(plain, numbers))],
     )
 
 

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from jaxwalk import evaluate, files, runtime
+from jaxwalk import evaluate, files, results
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.compare import cast, entry, picture, summary
 from jaxwalk.compare.cast import Member
@@ -42,12 +42,12 @@ def compare(args: CompareArgs, progress: Progress) -> dict[str, Any]:
     same = {field.name for field in dataclasses.fields(EvaluateArgs)} - {"policy", "json"}
     options = EvaluateArgs(policy="", **{name: getattr(args, name) for name in same})
     programs = evaluate.Programs(options)
-    results = [[_measured(member, options, programs, progress) for member in members] for members in loaded]
-    every = [result for group in results for result in group]
+    measured = [[_measured(member, options, programs, progress) for member in members] for members in loaded]
+    every = [result for group in measured for result in group]
     impulses = every[0]["pushes"]["impulses"]
     shared = summary.common(impulses, every)
     policies = []
-    for one, members, group in zip(entries, loaded, results, strict=True):
+    for one, members, group in zip(entries, loaded, measured, strict=True):
         seeds = [
             summary.figures(result, shared, member.training)
             for member, result in zip(members, group, strict=True)
@@ -55,6 +55,8 @@ def compare(args: CompareArgs, progress: Progress) -> dict[str, Any]:
         details = [
             {
                 "policy": member.subject.name,
+                "policy_digest": member.subject.digest,
+                "config": to_dict(member.subject.config),
                 "figures": found,
                 "walking": result["walking"],
                 "pushes": result["pushes"],
@@ -77,9 +79,7 @@ def compare(args: CompareArgs, progress: Progress) -> dict[str, Any]:
             {**dataclasses.asdict(found), "sentence": summary.sentence(found)} for found in verdicts
         ],
         "controllers_differ": cast.controllers_differ(loaded),
-        "options": {**dataclasses.asdict(args), "out": None},
-        "config": to_dict(loaded[0][0].subject.config),
-        **runtime.hardware(),
+        **results.stamp("compare", args, None, loaded[0][0].subject.config),
     }
 
 

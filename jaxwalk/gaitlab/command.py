@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import dataclasses
 import io
 import json
 import os
@@ -16,8 +15,7 @@ from rich.progress import Progress
 from rich.table import Table
 from rich.text import Text
 
-from jaxwalk import files, runtime, subjects
-from jaxwalk.config import to_dict
+from jaxwalk import files, results, subjects
 from jaxwalk.errors import UserError
 from jaxwalk.gaitlab import measures, picture, report, signals
 from jaxwalk.gaitlab.report import Report
@@ -67,8 +65,8 @@ def main(args: GaitArgs) -> None:
     subject = subjects.load(
         args.policy, speed=args.speed, height=args.height, mass=args.mass, noise=args.noise
     )
-    options = {name: value for name, value in dataclasses.asdict(args).items() if name != "out"}
-    identity = {"policy_digest": subject.digest, "options": options, "config": to_dict(subject.config)}
+    stamp = results.stamp("gait", args, subject, subject.config)
+    identity = {name: stamp[name] for name in ("policy_digest", "options", "config")}
     check_free(args.out, identity)
     files.make_folder("--out", args.out)
     console = Console()
@@ -81,7 +79,7 @@ def main(args: GaitArgs) -> None:
             args.seed,
             lambda share: progress.update(bar, completed=share),
         )
-    files.write_json(args.out / JSON, found.result | identity | runtime.hardware())
+    files.write_json(args.out / JSON, found.result | stamp)
     files.write_bytes(args.out / CSV, table_csv(found).encode())
     body = subject.config.body
     title = f"{args.policy}: {args.walkers} walkers, {body.height:g} m, {body.mass:g} kg, unpushed"

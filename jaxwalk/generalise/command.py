@@ -9,11 +9,11 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import evaluate, files, runtime, subjects, sweeps
+from jaxwalk import evaluate, files, results, subjects, sweeps
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.cli.generalise import NOBODY
 from jaxwalk.compare import cast
-from jaxwalk.config import Config, to_dict
+from jaxwalk.config import Config
 from jaxwalk.evaluate import Programs, Tell
 from jaxwalk.generalise import picture
 from jaxwalk.generalise.circumstances import Circumstance, circumstances
@@ -53,7 +53,8 @@ def generalise(plan: Plan, args: GeneraliseArgs, tell: Tell = lambda what, share
     """
     options = EvaluateArgs(**{name: getattr(args, name) for name in _SHARED})
     programs = Programs(options)
-    own = next(subject.config for one, subject in plan if one.own)
+    first = next(subject for one, subject in plan if one.own)
+    own = first.config
     known: dict[str, dict[str, Any]] = {}  # a policy's own circumstance is among each kind's
     rows = []
     for place, (one, subject) in enumerate(plan):
@@ -66,11 +67,8 @@ def generalise(plan: Plan, args: GeneraliseArgs, tell: Tell = lambda what, share
         rows.append(what | found)
         tell("circumstances", (place + 1) / len(plan))
     return {
-        "policy": args.policy,
         "rows": rows,
-        "options": {name: value for name, value in dataclasses.asdict(args).items() if name != "out"},
-        "config": to_dict(own),
-        **runtime.hardware(),
+        **results.stamp("generalise", args, first, own),
     }
 
 

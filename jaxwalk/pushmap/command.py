@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -11,7 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table as Screen
 
-from jaxwalk import body, files, physics, runtime, subjects
+from jaxwalk import body, files, physics, results, runtime, subjects
 from jaxwalk.capturability import Pendulum
 from jaxwalk.config import to_dict
 from jaxwalk.pushmap import picture, run, summary, table
@@ -42,12 +41,9 @@ def push_map(subject: Subject, args: PushMapArgs, progress: Progress) -> dict[st
         lambda share: progress.update(bar, completed=share),
     )
     result = summary.summarise(found, _pendulum(subject, walked, found)) | {
-        "policy": args.policy,
         "resumed_trials": before,
         "ticks_per_second": rate or None,
-        "options": {name: value for name, value in dataclasses.asdict(args).items() if name != "out"},
-        "config": to_dict(subject.config),
-        **runtime.hardware(),
+        **results.stamp("push-map", args, subject, subject.config),
     }
     files.write_json(args.out / "map.json", result)
     title = f"{args.policy}, {args.engine}: {grid.replicas} walkers a cell, {grid.size:,} trials"

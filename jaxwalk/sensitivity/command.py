@@ -9,9 +9,9 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import evaluate, files, runtime, subjects, sweeps
+from jaxwalk import evaluate, files, results, subjects, sweeps
 from jaxwalk.cli.evaluate import EvaluateArgs
-from jaxwalk.config import Config, to_dict
+from jaxwalk.config import Config
 from jaxwalk.evaluate import Tell
 from jaxwalk.sensitivity import picture
 from jaxwalk.sensitivity.settings import PARAMETERS, Setting, settings
@@ -55,11 +55,8 @@ def sensitivity(
         rows.append({"parameter": one.parameter, "value": one.value, "own": one.own, **known[one.config]})
         tell("settings", (place + 1) / len(plan))
     return {
-        "policy": args.policy,
         "rows": rows,
-        "options": {name: value for name, value in dataclasses.asdict(args).items() if name != "out"},
-        "config": to_dict(subject.config),
-        **runtime.hardware(),
+        **results.stamp("sensitivity", args, subject, subject.config),
     }
 
 

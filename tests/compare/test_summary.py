@@ -98,8 +98,12 @@ def test_beating_takes_both_directions(swapped):
     strong, weak = stands("strong", [60, 80], [40, 50]), stands("weak", [50], [30])
     found = summary.verdict(*((weak, strong) if swapped else (strong, weak)), REACH)
     assert found is not None and found == summary.Verdict(
-        "strong", "weak", "beats", {"forward": (70.0, 50.0), "backward": (45.0, 30.0)},
-        {"forward": (True, False), "backward": (False, False)}, every_seed=True,
+        "strong",
+        "weak",
+        "beats",
+        {"forward": (70.0, 50.0), "backward": (45.0, 30.0)},
+        {"forward": (True, False), "backward": (False, False)},
+        every_seed=True,
     )
     assert summary.sentence(found) == (
         "strong beats weak at the worst phase in both directions (every seed): "

@@ -1,0 +1,116 @@
+"""The commands that a report is made of: where their results lie, and how large their samples are."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from jaxwalk.cli import checks
+from jaxwalk.cli.agreement import AgreementArgs
+from jaxwalk.cli.bench import BenchArgs
+from jaxwalk.cli.compare import CompareArgs
+from jaxwalk.cli.evaluate import EvaluateArgs
+from jaxwalk.cli.gait import GaitArgs
+from jaxwalk.cli.generalise import GeneraliseArgs
+from jaxwalk.cli.push_map import PushMapArgs
+from jaxwalk.cli.report import Name
+from jaxwalk.cli.sensitivity import SensitivityArgs
+
+_IMPULSES = (-100.0, -80.0, -60.0, -50.0, -40.0, -30.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0)
+_FEW: dict[str, Any] = {"impulses": (-80.0, -60.0, -40.0, 40.0, 60.0, 80.0), "phases": 4, "replicas": 1}
+_SAMPLE = ("walkers", "seconds", "phases", "replicas")  # the more, the surer
+
+
+@dataclass(frozen=True)
+class Part:
+    """One command's results.
+
+    Attributes:
+      command: its name, and that of the folder of its results.
+      title: on the page.
+      module: whose ``main`` takes ``kind``, the command's options.
+      json, png: names of its files; no picture: None.
+      options: of a full measurement, where they depart from the command's defaults; quick: of a small one.
+    """
+
+    command: Name
+    title: str
+    module: str
+    kind: type
+    json: str
+    png: str | None
+    options: Mapping[str, Any] = field(default_factory=dict)
+    quick: Mapping[str, Any] = field(default_factory=dict)
+
+    def place(self, folder: Path) -> dict[str, Path]:
+        """The option that says where results go, for results under ``folder``."""
+        home = folder / self.command
+        return {"json": home / self.json} if self.png is None else {"out": home}
+
+    def args(self, policy: str, folder: Path, quick: bool, seed: int) -> Any:
+        """The options to measure ``policy`` with."""
+        changed = {**self.options, **(self.quick if quick else {}), **self.place(folder), "seed": seed}
+        names = {one.name for one in dataclasses.fields(self.kind)}
+        if "policies" in names:
+            baselines = [name for name in checks.BUILT_IN if name not in ("shipped", policy)]
+            changed["policies"] = (*baselines, policy)
+        elif "policy" in names:
+            changed["policy"] = policy
+        return self.kind(**changed)
+
+    def small(self, args: Any) -> bool:
+        """Whether ``args`` measure fewer walkers, or shorter, than a full measurement does."""
+        if self.command == "bench":
+            return False  # of the machine, not of walkers
+        full = self.args("", Path(), False, 0)
+        return any(getattr(args, name) < getattr(full, name) for name in _SAMPLE if hasattr(full, name))
+
+
+PARTS: dict[Name, Part] = {
+    part.command: part
+    for part in (
+        Part(
+            "compare", "Beside the baselines", "jaxwalk.compare.command", CompareArgs,
+            "compare.json", "compare.png", {"impulses": _IMPULSES},
+            {"walkers": 16, "seconds": 8.0, **_FEW},
+        ),
+        Part(
+            "evaluate", "Walking, and pushes one by one", "jaxwalk.evaluate", EvaluateArgs,
+            "evaluate.json", None, {"impulses": _IMPULSES},
+            {"walkers": 32, "seconds": 8.0, **_FEW},
+        ),
+        Part(
+            "push-map", "Push map", "jaxwalk.pushmap.command", PushMapArgs,
+            "map.json", "map.png", {}, {**_FEW, "phases": 8},
+        ),
+        Part(
+            "generalise", "Bodies, loads, floors, sensors and speeds", "jaxwalk.generalise.command",
+            GeneraliseArgs, "generalise.json", "generalise.png", {}, {"walkers": 16, **_FEW},
+        ),
+        Part(
+            "sensitivity", "What the results owe to the physics' settings", "jaxwalk.sensitivity.command",
+            SensitivityArgs, "sensitivity.json", "sensitivity.png", {},
+            {
+                "timesteps": (0.001,), "iterations": (8.0,), "contact_timeconsts": (0.01,),
+                "frictions": (0.7,), "walkers": 16, "seconds": 8.0, **_FEW,
+            },
+        ),
+        Part(
+            "agreement", "MJX beside C MuJoCo", "jaxwalk.agreement.command", AgreementArgs,
+            "agreement.json", "agreement.png", {},
+            {"walkers": 16, "seconds": 8.0, **_FEW},
+        ),
+        Part(
+            "gait", "Gait", "jaxwalk.gaitlab.command", GaitArgs,
+            "gait.json", "gait.png", {}, {"walkers": 8, "seconds": 10.0},
+        ),
+        Part(
+            "bench", "Speed of the simulation", "jaxwalk.bench", BenchArgs,
+            "bench.json", None, {}, {"seconds": 2.0},
+        ),
+    )
+}  # fmt: skip
+"""By command, in the order of the page."""

@@ -1,0 +1,66 @@
+"""A command line made of options gives those options again."""
+
+import importlib
+import json
+import shlex
+from pathlib import Path
+
+import pytest
+
+from jaxwalk import config_io
+from jaxwalk.cli import lines
+from jaxwalk.cli.agreement import AgreementArgs
+from jaxwalk.cli.bench import BenchArgs
+from jaxwalk.cli.compare import CompareArgs
+from jaxwalk.cli.evaluate import EvaluateArgs
+from jaxwalk.cli.gait import GaitArgs
+from jaxwalk.cli.generalise import GeneraliseArgs
+from jaxwalk.cli.parse import parse
+from jaxwalk.cli.push_map import PushMapArgs
+from jaxwalk.cli.report import ReportArgs
+from jaxwalk.cli.sensitivity import SensitivityArgs
+from jaxwalk.files import to_json
+
+CASES = [
+    ("evaluate", EvaluateArgs("fixed", impulses=(-100.0, 0.1, 1 / 3), height=1.4, json=Path("a b/e.json"))),
+    (
+        "push-map",
+        PushMapArgs(
+            "runs/it's", Path("m"), points=("torso-0.25", "swing-shank"), engine="mujoco", seed=2**32 - 1
+        ),
+    ),
+    ("compare", CompareArgs(("fixed", "my ddpg=runs/a,runs/b"), Path("c"), noise=1e-05, impulses=(-40.0,))),
+    ("agreement", AgreementArgs("shipped", Path("a"), mass=60.0)),
+    ("sensitivity", SensitivityArgs("shipped", Path("s"), timesteps=(0.001,), iterations=(2.0, 16.0))),
+    ("generalise", GeneraliseArgs("shipped", Path("n"), only=("mass", "force"), masses=(60.5,))),
+    ("gait", GaitArgs("shipped", Path("g"), seconds=6.5)),
+    ("bench", BenchArgs(walkers=3)),
+    ("report", ReportArgs("shipped", Path("r.html"), quick=True, parts=("gait", "bench"))),
+]
+
+
+@pytest.mark.parametrize(("command", "args"), CASES, ids=[command for command, _ in CASES])
+def test_the_line_reads_back_as_the_same_options(command, args):
+    program, name, *rest = shlex.split(lines.line(command, args))
+    assert (program, name) == ("jaxwalk", command)
+    assert parse(type(args), rest, command) == args
+    # And from the plain values that a JSON file keeps.
+    assert (
+        config_io.from_dict(type(args), json.loads(to_json({k: _kept(v) for k, v in vars(args).items()})))
+        == args
+    )
+
+
+def _kept(value):
+    return str(value) if isinstance(value, Path) else value
+
+
+def test_what_has_its_default_is_not_said():
+    assert lines.line("evaluate", EvaluateArgs("fixed")) == "jaxwalk evaluate fixed"
+    args = PushMapArgs("fixed", Path("m"), impulses=(-20.0, 12.5))
+    assert lines.line("push-map", args) == "jaxwalk push-map fixed --out m --impulses -20,12.5"
+
+
+def test_every_command_that_the_report_shows_is_among_the_cases():
+    parts = importlib.import_module("jaxwalk.report.parts")
+    assert set(parts.PARTS) <= {command for command, _ in CASES}
