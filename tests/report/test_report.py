@@ -16,7 +16,6 @@ from jaxwalk import cli, evaluate, files, resources, results, subjects
 from jaxwalk.capturability import Pendulum
 from jaxwalk.cli.parse import parse
 from jaxwalk.cli.report import ReportArgs
-from jaxwalk.points import Point
 from jaxwalk.pushmap import summary
 from jaxwalk.pushmap.grid import Grid
 from jaxwalk.pushmap.table import Table
@@ -56,7 +55,7 @@ def canned(subject, args, tell=None, programs=None, burden=None):
 
 
 def push_map():
-    grid = Grid((-40.0, 40.0, 60.0), (0.0, 0.5), (Point("torso"),), (0.1,), 4, 0)
+    grid = Grid((-40.0, 40.0, 60.0), (0.0, 0.5), ("torso",), (0.1,), 4, 0)
     table = Table.empty(grid, {})
     survived = np.ones(grid.shape, bool)
     survived[0, 0, 2, 1] = False  # 60 N s at half of the step
