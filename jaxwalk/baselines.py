@@ -3,7 +3,7 @@
 Each rule is a frozen dataclass of constants and a pure function from the raw observation (scaled to
 the reference body, see `jaxwalk.footstep.observe`) to the commanded (length m, early swing s) of the
 reference body. Their constants were found on the training physics by ``scripts/tune_baselines.py``,
-by the score that ranks policies in training.
+by the score that settles between a run's best policies.
 """
 
 from __future__ import annotations

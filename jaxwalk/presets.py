@@ -40,8 +40,8 @@ _PAPER = Config(
         back_step=False,
         restart_torque=0.0,
     ),
-    reward=RewardConfig(speed_tolerance=0.0),
-    train=TrainConfig(height_spread=0.0, mass_spread=0.0),
+    reward=RewardConfig(speed_weight=8.0, speed_tolerance=0.0),
+    train=TrainConfig(footsteps=80_000, evaluations=16, height_spread=0.0, mass_spread=0.0),
     observation=("speed", "pitch", "zmp", "step_length"),
 )
 

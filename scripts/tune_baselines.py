@@ -2,8 +2,8 @@
 
     python scripts/tune_baselines.py --evaluations 40 --out rules.json
 
-Each rule gets the same number of evaluations on the physics, sensors, pushes and score by which policies
-are ranked in training, on starts and noise that neither training nor ``jaxwalk evaluate`` meets. The
+Each rule gets the same number of evaluations on the physics, sensors, pushes and score that settle between
+a run's best policies, on starts and noise that neither training nor ``jaxwalk evaluate`` meets. The
 constant step comes first: what undisturbed walking with it is like is measured, not searched, and the
 other two start from that step, with small gains.
 """
@@ -24,7 +24,7 @@ import tyro
 from jaxwalk import baselines, devices, files, runtime, scenarios
 from jaxwalk.baselines import CapturePoint, Constant, Raibert, Rule
 from jaxwalk.config import Config
-from jaxwalk.train import assess
+from jaxwalk.train import assess, finals
 from jaxwalk.train.assess import Exam, Marks
 from jaxwalk.trials import Trial
 
@@ -117,7 +117,7 @@ def _axis(field: str, value: float) -> float:
 def main(args: Args) -> None:
     assess.PHASES = args.phases
     config = dataclasses.replace(Config(), observation=baselines.OBSERVATION)
-    exam = Exam(config, baselines.act, devices.mesh(), args.seed, scenarios.TUNE)
+    exam = Exam(config, baselines.act, devices.mesh(), args.seed, scenarios.TUNE, finals.IMPULSES)
     before = json.loads(args.out.read_text()) if args.out.exists() else {}
     found: dict[str, dict] = before.get("rules", {})
     walk: dict[str, float] = before.get("undisturbed", {})
