@@ -247,9 +247,9 @@ class DDPGConfig:
     """Updates for each footstep gathered."""
     noise_start: float = 0.25
     """Standard deviation of the exploration noise at first, in units of half the action range."""
-    noise_end: float = 0.04
+    noise_end: float = 0.15
     """The same at the end of training."""
-    noise_spread: float = 4.0
+    noise_spread: float = 2.0
     """Ratio of the noisiest to the quietest walker's exploration (1: all alike)."""
     layer_norm: bool = True
     """LayerNorm after each hidden layer of the critic."""
@@ -281,7 +281,7 @@ class RewardConfig:
     """Weight of (phi / 0.2 rad)^2."""
     zmp_weight: float = 0.1
     """Weight of (d_zmp / 0.3 m)^2."""
-    length_weight: float = 0.1
+    length_weight: float = 0.02
     """Weight of ((l - l_nominal) / 0.3 m)^2, l_nominal being Boulic's step at v_desire."""
     fall: float = -10.0
     """Added when the walker falls."""
