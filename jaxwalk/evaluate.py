@@ -180,7 +180,7 @@ def _push_test(
         scenarios.keys(args.seed, scenarios.PUSHED, int(np.prod(shape))),
         args.push_height,
         args.push_duration,
-        burden,
+        burden=burden,
     )
     trials = follow("pushes", tried, profile, BEFORE_PUSH + AFTER_PUSH)
 
