@@ -44,7 +44,8 @@ def follow(request):
             push = jnp.zeros(2)
             if burden is not None:
                 push = burdens.felt(burden, torso, push, plant.qpos[2])
-            plant, _ = walker.move(setup, model, plant, jnp.zeros(6), push)
+            loads = jnp.zeros((7, 2)).at[0].set(push)  # the torso's
+            plant, _ = walker.move(setup, model, plant, jnp.zeros(6), loads)
             return plant, (plant.qpos, plant.qvel)
 
         return jax.lax.scan(tick, physics.Plant(qpos, qvel, jnp.zeros(9)), length=TICKS)[1]

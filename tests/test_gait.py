@@ -130,6 +130,7 @@ def test_numbers_scale_by_dynamic_similarity():
         "ankle_rate_gain": 80,  # torque per rate
         "toe_off_gain": 20,  # torque per speed
         "back_step_margin": 4, "back_step_reach": 4, "back_step_least": 4, "back_step_force": 10,
+        "restart_seconds": 2, "restart_torque": 40,
         "touchdown_force": 10,
     }  # fmt: skip
     for field in dataclasses.fields(GaitConfig):
