@@ -31,9 +31,9 @@ T = TypeVar("T")
 class Constant:
     """A step that is never adapted: the best mean survival that a short search found."""
 
-    length: Number = 0.707
+    length: Number = 0.667
     """Commanded step length, m."""
-    duration: Number = 0.079
+    duration: Number = 0.083
     """Commanded early swing, s."""
 
     def command(self, observation: Float[Array, "O"]) -> Float[Array, "2"]:
@@ -50,13 +50,13 @@ class Raibert:
     v T_s / 2 is linear in v: its value in undisturbed walking is part of ``length``, its slope of ``gain``.
     """
 
-    length: Number = 0.707
+    length: Number = 0.667
     """Commanded step length of undisturbed walking, m."""
-    duration: Number = 0.079
+    duration: Number = 0.083
     """Commanded early swing, s."""
-    gain: Number = 0.0
-    """Length for each m/s too fast, s; a short search that began at 0 kept it."""
-    landing_speed: Number = 1.256
+    gain: Number = 0.1
+    """Length for each m/s too fast, s; where the short search began, and nothing it tried was better."""
+    landing_speed: Number = 1.225
     """Speed at an undisturbed touch-down, the step's fastest moment, for each m/s desired."""
 
     def command(self, observation: Float[Array, "O"]) -> Float[Array, "2"]:
@@ -85,23 +85,23 @@ class CapturePoint:
     two gains carry the changes of (L, T) to it.
     """
 
-    length: Number = 0.707
+    length: Number = 0.708
     """Commanded step length of undisturbed walking, m."""
-    duration: Number = 0.079
+    duration: Number = 0.105
     """Commanded early swing of undisturbed walking, s."""
-    length_gain: Number = 0.0
+    length_gain: Number = 0.686
     """Commanded length for each m that the step shall be longer."""
-    duration_gain: Number = 0.0
+    duration_gain: Number = -0.054
     """Commanded early swing for each s that the step shall last longer."""
-    timing: Number = 1.0
+    timing: Number = 2.342
     """Price of a change of time against one of length: 0 changes the time only."""
-    step: Number = 0.549
+    step: Number = 0.511
     """L0: how long an undisturbed step really is, m."""
-    seconds: Number = 0.537
+    seconds: Number = 0.502
     """T0: how long it lasts, s."""
-    com_ahead: Number = -0.246
+    com_ahead: Number = -0.226
     """The torso's centre ahead of the landed foot at an undisturbed touch-down, m."""
-    landing_speed: Number = 1.256
+    landing_speed: Number = 1.225
     """Speed at an undisturbed touch-down for each m/s desired."""
     height: Number = 1.0
     """z: of the body's centre of mass, m."""
