@@ -127,12 +127,14 @@ def _told(grid: Grid, found: dict[str, float | None], mass: float) -> dict[str, 
 
 
 def abilities(table: Table) -> tuple[float, float]:
-    """Longest step (m) and shortest step time (s) that survivors answered pushes on the torso with.
+    """Longest step (m) and shortest step time (s) that survivors answered pushes from behind with.
 
-    A leg that is pushed itself lands where the push takes it.
+    Those on the torso: a leg that is pushed itself lands where the push takes it. After a push from the
+    front a foot is put down again at once in a step back, which says nothing of steps ahead.
     """
     torso = np.array([Point.of(name).on_torso for name in table.grid.points])
     asked = np.broadcast_to(torso[:, None, None, None], table.grid.shape).ravel()
+    asked = asked & (table.grid.columns()["impulse"] > 0)
     up = asked & table.columns["survived"] & np.isfinite(table.columns["shortest"])
     if not up.any():
         return 0.0, 0.0

@@ -77,10 +77,12 @@ def test_the_share_of_the_limit(result):
 
 
 def test_abilities_are_those_of_survivors():
-    found = table(lambda point, impulse, phase: impulse == 60)
+    found = table(lambda point, impulse, phase: impulse in (60, -20))
     up = found.columns["survived"]
     found.columns["longest"] = np.where(up, 0.7, 5.0).astype(np.float32)
-    found.columns["shortest"] = np.where(up, 0.4, 0.01).astype(np.float32)
+    # A step back is quick; it is no step ahead.
+    ahead = up & (GRID.columns()["impulse"] > 0)
+    found.columns["shortest"] = np.where(ahead, 0.4, 0.01).astype(np.float32)
     assert summary.abilities(found) == pytest.approx((0.7, 0.4))
     nobody = dataclasses.replace(found, columns=found.columns | {"survived": np.zeros(GRID.size, bool)})
     assert summary.abilities(nobody) == (0.0, 0.0)
