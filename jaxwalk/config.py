@@ -225,9 +225,9 @@ class DDPGConfig:
 
     hidden: tuple[int, ...] = (128, 128)
     """Widths of the hidden layers of actor and critic (the paper's: 400 and 300)."""
-    actor_lr: float = 3e-4
+    actor_lr: float = 2e-4
     """Learning rate of the actor."""
-    critic_lr: float = 3e-4
+    critic_lr: float = 1e-3
     """Learning rate of the critic."""
     gamma: float = 0.8
     """Discount per footstep."""
@@ -243,13 +243,13 @@ class DDPGConfig:
     """Footsteps gathered before the first update."""
     critic_head_start: int = 1_000
     """Updates of the critic before the actor moves: an early critic would lead it astray."""
-    updates_per_footstep: float = 1.0
+    updates_per_footstep: float = 0.5
     """Updates for each footstep gathered."""
-    noise_start: float = 0.25
+    noise_start: float = 0.12
     """Standard deviation of the exploration noise at first, in units of half the action range."""
-    noise_end: float = 0.15
+    noise_end: float = 0.04
     """The same at the end of training."""
-    noise_spread: float = 2.0
+    noise_spread: float = 4.0
     """Ratio of the noisiest to the quietest walker's exploration (1: all alike)."""
     layer_norm: bool = True
     """LayerNorm after each hidden layer of the critic."""
@@ -273,7 +273,7 @@ class DDPGConfig:
 class RewardConfig:
     """The reward of one footstep: exp(-cost), cost a weighted sum of normalised squares."""
 
-    speed_weight: float = 30.0
+    speed_weight: float = 8.0
     """Weight of ((|v - v_desire| - tolerance) / 0.5 m/s)^2, where positive."""
     speed_tolerance: float = 0.025
     """How far the speed may be off at no cost, m/s: a little faster is a lot safer from the front."""
@@ -293,7 +293,7 @@ class TrainConfig:
 
     walkers: int = 256
     """Walkers that learn side by side."""
-    footsteps: int = 20_000
+    footsteps: int = 80_000
     """Footsteps gathered before training ends."""
     window_ticks: int = 10
     """Ticks between two looks at whether a walker needs a decision."""
@@ -305,7 +305,7 @@ class TrainConfig:
     """Masses (at given stature) are drawn uniformly within this share."""
     windows_per_report: int = 50
     """Windows between two lines of metrics; the loop runs on the device for so long."""
-    evaluations: int = 10
+    evaluations: int = 16
     """Evaluations spread over training; the best ones' policies meet in the finals."""
 
 

@@ -40,9 +40,24 @@ _PAPER = Config(
         back_step=False,
         restart_torque=0.0,
     ),
-    reward=RewardConfig(speed_weight=8.0, speed_tolerance=0.0),
-    train=TrainConfig(footsteps=80_000, evaluations=16, height_spread=0.0, mass_spread=0.0),
+    reward=RewardConfig(speed_tolerance=0.0),
+    train=TrainConfig(height_spread=0.0, mass_spread=0.0),
     observation=("speed", "pitch", "zmp", "step_length"),
+)
+
+# A quarter of the footsteps: more exploration, an update for each footstep, speed held closer. It learns
+# faster at first, and ends lower than the default.
+_QUICK = Config(
+    ddpg=DDPGConfig(
+        actor_lr=3e-4,
+        critic_lr=3e-4,
+        updates_per_footstep=1.0,
+        noise_start=0.25,
+        noise_end=0.15,
+        noise_spread=2.0,
+    ),
+    reward=RewardConfig(speed_weight=30.0),
+    train=TrainConfig(footsteps=20_000, evaluations=10),
 )
 
 # Seconds of work once compiled: does everything that training does, learns nothing.
@@ -51,4 +66,4 @@ _SMOKE = Config(
     train=TrainConfig(walkers=8, footsteps=400, episode_seconds=5.0, evaluations=1),
 )
 
-PRESETS: dict[str, Config] = {"default": Config(), "paper": _PAPER, "smoke": _SMOKE}
+PRESETS: dict[str, Config] = {"default": Config(), "quick": _QUICK, "paper": _PAPER, "smoke": _SMOKE}

@@ -104,9 +104,9 @@ class _Common:
     """Folder for the results, new or without a run in it. Default: runs/<date>-<time>."""
     seed: int = 0
     """Seed of everything that is drawn at random."""
-    footsteps: int = 20_000
+    footsteps: int = 80_000
     """Footsteps gathered before training ends, rounded up to whole rounds."""
-    evaluations: int = 10
+    evaluations: int = 16
     """Evaluations spread over training; the best ones' policies meet in the finals."""
 
     def _check(self) -> None:
