@@ -6,7 +6,7 @@ from typing import Literal
 
 from jaxwalk.config import BodyConfig, Config, DDPGConfig, GaitConfig, RewardConfig, TrainConfig
 
-PresetName = Literal["default", "paper", "smoke"]
+PresetName = Literal["default", "quick", "paper", "smoke"]
 
 # Liu et al.'s constants. The paper walks one walker at a time and leaves open how fast the
 # targets follow and how often the learner updates: Lillicrap et al.'s DDPG fills these in.
