@@ -7,6 +7,7 @@ under a small push goes unseen. The few best meet fresh starts and noise, and al
 from __future__ import annotations
 
 import jax
+import jax.numpy as jnp
 from jax.sharding import Mesh
 
 from jaxwalk import policy, scenarios
@@ -32,7 +33,7 @@ class Finals:
 
     def enter(self, candidate: Policy, score: float) -> None:
         """A policy and the score of its evaluation; those that cannot win any more are dropped."""
-        kept = jax.device_get(candidate)  # training donates its buffers
+        kept = jax.tree.map(jnp.copy, candidate)  # training donates its buffers
         self._entered = sorted([*self._entered, (kept, score)], key=lambda one: -one[1])[:FINALISTS]
 
     def settle(self) -> list[tuple[Policy, Marks]]:
