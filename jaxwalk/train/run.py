@@ -166,7 +166,7 @@ class _Run:
             score=score,
         )
 
-    def _settle(self) -> list[dict[str, float]]:
+    def _settle(self) -> list[dict[str, Any]]:
         """Keep the winner of the finals; gives the finalists' marks, the winner's first."""
         self.progress.note("the best policies meet more pushes")
         settled = self.finals.settle()
