@@ -6,7 +6,7 @@ import contextlib
 import io
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -121,13 +121,16 @@ def _list_of(what: str) -> tyro.constructors.PrimitiveConstructorSpec:
     )
 
 
-_POINTS = tyro.constructors.PrimitiveConstructorSpec(
-    nargs=1,
-    metavar="POINT,POINT,...",
-    instance_from_str=lambda values: tuple(Point.of(item).name for item in values[0].split(",")),
-    is_instance=lambda value: isinstance(value, tuple) and all(isinstance(item, str) for item in value),
-    str_from_instance=lambda points: [",".join(points)],
-)
+def _names_of(metavar: str, read: Callable[[str], str]) -> tyro.constructors.PrimitiveConstructorSpec:
+    """Names with commas between; ``read`` gives each as it is kept."""
+    return tyro.constructors.PrimitiveConstructorSpec(
+        nargs=1,
+        metavar=metavar,
+        instance_from_str=lambda values: tuple(map(read, values[0].split(","))),
+        is_instance=lambda value: isinstance(value, tuple) and all(isinstance(item, str) for item in value),
+        str_from_instance=lambda names: [",".join(names)],
+    )
+
 
 POLICIES = (
     "A run folder, a policy file, 'shipped', 'fixed' (the nominal step, never adapted), 'constant' (a step "
@@ -140,15 +143,6 @@ OptionalFloat = Annotated[float | None, tyro.conf.arg(metavar="FLOAT")]
 Impulses = Annotated[tuple[float, ...], _list_of("impulses")]
 """Impulses in N s, as ``30,-40`` on the command line; positive ones push forward."""
 Numbers = Annotated[tuple[float, ...], _list_of("numbers")]
-Names = Annotated[
-    tuple[str, ...],
-    tyro.constructors.PrimitiveConstructorSpec(
-        nargs=1,
-        metavar="NAME,NAME,...",
-        instance_from_str=lambda values: tuple(name.strip() for name in values[0].split(",")),
-        is_instance=lambda value: isinstance(value, tuple) and all(isinstance(item, str) for item in value),
-        str_from_instance=lambda names: [",".join(names)],
-    ),
-]
-Points = Annotated[tuple[str, ...], _POINTS]
+Names = Annotated[tuple[str, ...], _names_of("NAME,NAME,...", str.strip)]
+Points = Annotated[tuple[str, ...], _names_of("POINT,POINT,...", lambda item: Point.of(item).name)]
 """Points on the body by the names of `points.Point`, as ``torso-0.1,torso,stance-thigh``."""

@@ -6,6 +6,8 @@ under a small push goes unseen. The few best meet fresh starts and noise, and al
 
 from __future__ import annotations
 
+import math
+
 import jax
 import jax.numpy as jnp
 from jax.sharding import Mesh
@@ -32,7 +34,12 @@ class Finals:
         self._entered: list[tuple[Policy, float]] = []
 
     def enter(self, candidate: Policy, score: float) -> None:
-        """A policy and the score of its evaluation; those that cannot win any more are dropped."""
+        """A policy and the score of its evaluation; those that cannot win any more are dropped.
+
+        One whose score is not finite does not take part.
+        """
+        if not math.isfinite(score):
+            return
         kept = jax.tree.map(jnp.copy, candidate)  # training donates its buffers
         self._entered = sorted([*self._entered, (kept, score)], key=lambda one: -one[1])[:FINALISTS]
 

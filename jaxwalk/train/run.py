@@ -146,9 +146,9 @@ class _Run:
         if better:
             self.best_footsteps = footsteps
             policy.save(learned, self.folder.policy)
+        self.finals.enter(learned, found.score)
         if np.isfinite(found.score):
             self.found[footsteps] = found
-            self.finals.enter(learned, found.score)
         plots.training_png(self.rows, self.folder.picture)
         self.progress.note(
             f"evaluation at {footsteps:,} footsteps: {found.survival:.0%} of the pushed and {found.calm:.0%} "

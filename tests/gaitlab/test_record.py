@@ -58,5 +58,8 @@ def test_a_recorded_walk_is_the_one_that_is_not_recorded():
 
 def plain(state):
     """Its leaves as arrays, keys included."""
-    keys = lambda x: jax.random.key_data(x) if jnp.issubdtype(x.dtype, jax.dtypes.prng_key) else x  # noqa: E731
+
+    def keys(x):
+        return jax.random.key_data(x) if jnp.issubdtype(x.dtype, jax.dtypes.prng_key) else x
+
     return jax.tree.leaves(jax.tree.map(keys, state))

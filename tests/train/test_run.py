@@ -81,6 +81,12 @@ def test_the_finals_are_among_the_best_evaluations_and_their_winner_is_kept(fini
     assert summary["best"]["footsteps"] == max(summary["finals"], key=lambda one: one["score"])["footsteps"]
 
 
+def test_a_score_that_is_not_finite_does_not_take_part(finished):
+    entered = finals.Finals(CONFIG, devices.mesh(), 0)
+    entered.enter(policy.load(finished / "policy.safetensors"), float("nan"))
+    assert entered.settle() == []
+
+
 def test_best_policy_is_the_checkpoint_of_its_evaluation(finished):
     best = policy.load(finished / "policy.safetensors")
     same = policy.load(finished / "checkpoints" / f"{best.metadata.footsteps:09d}.safetensors")
