@@ -307,6 +307,12 @@ class TrainConfig:
     """Windows between two lines of metrics; the loop runs on the device for so long."""
     evaluations: int = 16
     """Evaluations spread over training; the best ones' policies meet in the finals."""
+    checkpoint_seconds: float = 60.0
+    """Time between two checkpoints for ``--resume``, the most that a kill costs, s (0: no checkpoints)."""
+    divergence_limit: int = 100
+    """Updates skipped since the last evaluation, being not finite, beyond which training goes back to it."""
+    divergence_events: int = 3
+    """How many times training may come to that before the run stops."""
 
 
 @dataclass(frozen=True)

@@ -79,14 +79,14 @@ _POSITIVE = """
     physics.hip_gain physics.hip_limit physics.knee_stiffness physics.knee_damping physics.knee_limit
     physics.ankle_limit pushes.duration ddpg.actor_lr ddpg.critic_lr ddpg.batch_size
     ddpg.replay_capacity ddpg.noise_spread ddpg.policy_delay train.walkers train.footsteps train.window_ticks
-    train.episode_seconds train.windows_per_report train.evaluations
+    train.episode_seconds train.windows_per_report train.evaluations train.divergence_events
 """.split()
 _NOT_NEGATIVE = """
     physics.tolerance sensors.noise pushes.rate reward.speed_tolerance
     pushes.impulse_forward pushes.impulse_backward pushes.height_spread ddpg.warmup
     ddpg.critic_head_start
     ddpg.updates_per_footstep ddpg.noise_start ddpg.noise_end ddpg.weight_decay ddpg.max_grad_norm
-    ddpg.target_noise ddpg.target_noise_clip
+    ddpg.target_noise ddpg.target_noise_clip train.checkpoint_seconds train.divergence_limit
 """.split()
 _BELOW_ONE = ["ddpg.gamma", "pushes.impulse_least", "train.height_spread", "train.mass_spread"]  # 0 <= x < 1
 

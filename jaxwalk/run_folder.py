@@ -4,12 +4,15 @@ config.json       configuration, seed, command, hardware, versions
 metrics.jsonl     one line for each report of the training loop
 events.out.*      the same for TensorBoard
 checkpoints/      the policy at each evaluation
+resume/           the training's own state while it runs, to go on from after a kill
 policy.safetensors, training.png, summary.json   written by the training loop as it goes
 """
 
 from __future__ import annotations
 
 import datetime
+import fcntl
+import hashlib
 import json
 import math
 import os
@@ -25,27 +28,38 @@ from jaxwalk.files import to_json, write_json
 
 CONFIG, METRICS, SUMMARY = "config.json", "metrics.jsonl", "summary.json"
 POLICY, CHECKPOINTS, PICTURE = "policy.safetensors", "checkpoints", "training.png"
-_OURS = (CONFIG, METRICS, SUMMARY, POLICY, CHECKPOINTS, PICTURE)
+RESUME = "resume"
+_OURS = (CONFIG, METRICS, SUMMARY, POLICY, CHECKPOINTS, PICTURE, RESUME)
 
 
 class RunFolder:
-    """An open run folder. Use it as a context manager, or ``close`` it.
+    """An open run folder, of one process at a time. Use it as a context manager, or ``close`` it.
 
     Attributes:
       path: the folder.
       policy, picture: where the best policy and the training curves belong.
       checkpoints: an existing folder for the policies at each evaluation.
+      resume: where the training's own state belongs.
+
+    Raises:
+      UserError: another process has it open.
+      OSError: it cannot be written.
     """
 
     def __init__(self, path: Path) -> None:
-        from tensorboardX import SummaryWriter  # slow to import, and readers do without
-
         self.path = path
         self.policy = path / POLICY
         self.picture = path / PICTURE
         self.checkpoints = path / CHECKPOINTS
+        self.resume = path / RESUME
         self._metrics = (path / METRICS).open("a")
-        self._events = SummaryWriter(str(path))
+        try:
+            fcntl.flock(self._metrics, fcntl.LOCK_EX | fcntl.LOCK_NB)  # freed however the process ends
+        except BlockingIOError:
+            self._metrics.close()
+            raise UserError(f"{path} is in use by another jaxwalk: wait until it has ended") from None
+        self._purge: int | None = None
+        self._events: Any = None
 
     @classmethod
     def create(cls, path: Path | None, config: Config, seed: int, command: str) -> RunFolder:
@@ -65,10 +79,52 @@ class RunFolder:
         except OSError as error:
             raise UserError(_unwritable(path, error.strerror or str(error))) from error
 
+    @classmethod
+    def reopen(cls, path: Path) -> RunFolder:
+        """The folder of a run that has begun.
+
+        Raises:
+          UserError: there is no run in it, another process has it open, or it cannot be written.
+        """
+        if not (path / METRICS).is_file():
+            raise UserError(f"no run in {path}: give --resume a run folder of jaxwalk train")
+        try:
+            return cls(path)
+        except OSError as error:
+            raise UserError(
+                f"cannot write the run folder {path}: {error.strerror or error}; make it writable to resume"
+            ) from error
+
+    def keep(self, count: int) -> list[dict[str, Any]]:
+        """Cut the metrics after ``count`` rows, and give these; TensorBoard forgets the same.
+
+        Raises:
+          UserError: there are fewer, or one is damaged; nothing is cut then.
+        """
+        file = self.path / METRICS
+        lines = file.read_bytes().split(b"\n")[:-1]  # less a last line cut short
+        if len(lines) < count:
+            raise UserError(f"{file} has {len(lines)} lines, its checkpoint knows {count}: begin a new run")
+        try:
+            rows = [json.loads(line) for line in lines[:count]]
+        except ValueError as error:
+            raise UserError(f"{file} is damaged: begin a new run") from error
+        os.truncate(file, sum(len(line) + 1 for line in lines[:count]))
+        self._purge = 1 + max((int(row["footsteps"]) for row in rows), default=-1)
+        return rows
+
+    def sync(self) -> None:
+        """See that all metrics so far outlive a loss of power."""
+        os.fsync(self._metrics.fileno())
+
     def log(self, row: Mapping[str, Any]) -> None:
         """Append one line of scalars; ``row["footsteps"]`` is TensorBoard's step."""
         self._metrics.write(to_json(row) + "\n")
         self._metrics.flush()  # a killed run keeps every line
+        if self._events is None:
+            from tensorboardX import SummaryWriter  # slow to import, and readers do without
+
+            self._events = SummaryWriter(str(self.path), purge_step=self._purge)
         for name, value in row.items():
             if name != "footsteps" and math.isfinite(value):
                 self._events.add_scalar(name, float(value), int(row["footsteps"]))
@@ -77,9 +133,16 @@ class RunFolder:
         """Write ``summary.json``, whole or not at all."""
         write_json(self.path / SUMMARY, summary)
 
+    def drop_summary(self) -> None:
+        """The run goes on: what was summed up when it stopped holds no more."""
+        (self.path / SUMMARY).unlink(missing_ok=True)
+
     def close(self) -> None:
-        self._metrics.close()
-        self._events.close()
+        try:
+            self._metrics.close()
+        finally:
+            if self._events is not None:
+                self._events.close()
 
     def __enter__(self) -> RunFolder:
         return self
@@ -106,14 +169,19 @@ def check_free(path: Path) -> None:
         raise UserError(_unwritable(path, f"{nearest} is closed to us"))
 
 
-def load_config(path: Path) -> Config:
-    """The configuration of a run.
+def identity(path: Path) -> str:
+    """What tells the run in ``path`` from all others: SHA-256 of its ``config.json``."""
+    return hashlib.sha256((path / CONFIG).read_bytes()).hexdigest()
+
+
+def load_record(path: Path) -> dict[str, Any]:
+    """What ``config.json`` says of a run: its configuration, seed, command, hardware, versions.
 
     Args:
       path: the run folder, or its ``config.json``.
 
     Raises:
-      UserError: there is none, or it is not one that this version understands.
+      UserError: there is none.
     """
     file = path / CONFIG if path.is_dir() else path
     try:
@@ -126,10 +194,23 @@ def load_config(path: Path) -> Config:
         raise UserError(f"{file} is not JSON: give a run folder of jaxwalk train") from error
     if not isinstance(record, dict) or "config" not in record:
         raise UserError(f"{file} holds no configuration: give a run folder of jaxwalk train")
+    return record
+
+
+def load_config(path: Path) -> Config:
+    """The configuration of a run.
+
+    Args:
+      path: the run folder, or its ``config.json``.
+
+    Raises:
+      UserError: there is none, or it is not one that this version understands.
+    """
+    record = load_record(path)
     try:
         return config_io.from_dict(Config, record["config"])
     except UserError as error:
-        raise UserError(f"{file}: {error}") from error
+        raise UserError(f"{path / CONFIG if path.is_dir() else path}: {error}") from error
 
 
 def read_summary(path: Path) -> dict[str, Any]:

@@ -13,12 +13,14 @@ from jaxwalk import config_io, run_folder
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import OptionalFile, parse, parse_known
 from jaxwalk.config import Config
+from jaxwalk.errors import UserError
 from jaxwalk.presets import PRESETS, PresetName
 
 
 @dataclass(frozen=True)
-class _Preset:
-    preset: PresetName = "default"
+class _Origin:
+    preset: PresetName | None = None
+    resume: OptionalFile = None
 
 
 @dataclass(frozen=True)
@@ -29,6 +31,8 @@ class TrainArgs:
     """The defaults of all options below: what works best, the paper's constants, or a quick trial."""
     run_dir: OptionalFile = None
     """Folder for the results, new or without a run in it. Default: runs/<date>-<time>."""
+    resume: OptionalFile = None
+    """Go on with the stopped run in this folder, whose seed and configuration hold."""
     seed: int = 0
     """Seed of everything that is drawn at random."""
     config: Annotated[Config, tyro.conf.arg(name="")] = field(default_factory=Config)
@@ -44,10 +48,37 @@ class TrainArgs:
 
 
 def read(argv: Sequence[str]) -> TrainArgs:
-    """The options, defaults taken from the preset that is named among them."""
-    preset = parse_known(_Preset, argv, "train").preset
-    default = TrainArgs(preset=preset, config=PRESETS[preset])
-    return parse(TrainArgs, argv, "train", default)
+    """The options, defaults taken from the run or the preset that is named among them.
+
+    Raises:
+      UserError: an option that is wrong, or that contradicts the run that is resumed.
+    """
+    origin = parse_known(_Origin, argv, "train")
+    if origin.resume is None:
+        preset = origin.preset or "default"
+        return parse(TrainArgs, argv, "train", TrainArgs(preset=preset, config=PRESETS[preset]))
+    record = run_folder.load_record(origin.resume)
+    config = run_folder.load_config(origin.resume)
+    default = TrainArgs(seed=record.get("seed", 0), config=config)
+    args = parse(TrainArgs, argv, "train", default)
+    for name, given, of_run in (
+        ("preset", origin.preset, None),
+        ("run_dir", args.run_dir, None),
+        ("seed", args.seed, default.seed),
+        *(
+            (name, value, held[1])
+            for (name, value), held in zip(
+                config_io.leaves(args.config), config_io.leaves(config), strict=True
+            )
+        ),
+    ):
+        if given != of_run:
+            raise UserError(
+                f"--{name.replace('_', '-')} {given}: the run in {origin.resume} "
+                + ("has all of that" if of_run is None else f"has {of_run}")
+                + "; leave the option out with --resume"
+            )
+    return args
 
 
 def run(argv: Sequence[str]) -> None:
@@ -59,4 +90,7 @@ def run(argv: Sequence[str]) -> None:
     runtime.setup()
     from jaxwalk import train
 
-    train.run(args.config, args.run_dir, args.seed, shlex.join(["jaxwalk", "train", *argv]))
+    if args.resume is not None:
+        train.resume(args.resume)
+    else:
+        train.run(args.config, args.run_dir, args.seed, shlex.join(["jaxwalk", "train", *argv]))

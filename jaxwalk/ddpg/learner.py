@@ -38,7 +38,7 @@ class Metrics:
       grad_norm_critic: before clipping.
       q_mean: mean value of the sampled actions.
       target_mean: mean of the value that is aimed at.
-      skipped: updates skipped so far because a loss or gradient was not finite.
+      skipped: updates skipped so far because a loss, gradient or parameter was not finite.
     """
 
     critic_loss: Leaf
@@ -152,8 +152,8 @@ def update(
         batches and keys. Gradients and metrics are averaged over it, so states stay equal.
 
     Returns:
-      The new state and its metrics. If a loss or a gradient is not finite, the state is the old
-      one, but for one more in ``metrics.skipped``.
+      The new state and its metrics. If a loss, a gradient or a new parameter is not finite, the state
+      is the old one, but for one more in ``metrics.skipped``.
     """
     batch = replace(
         batch,
@@ -172,7 +172,8 @@ def update(
     else:
         new = _improve_actor(config, new, batch, axis_name)
 
-    finite = jnp.all(jnp.stack([jnp.isfinite(x) for x in jax.tree.leaves(new.metrics)]))
+    checked = jax.tree.leaves((new.metrics, new.actor, new.critic))
+    finite = jnp.all(jnp.stack([jnp.all(jnp.isfinite(x)) for x in checked]))
     skipped = replace(state, metrics=replace(state.metrics, skipped=state.metrics.skipped + 1))
     new = jax.tree.map(lambda yes, no: jnp.where(finite, yes, no), new, skipped)
     return new, new.metrics

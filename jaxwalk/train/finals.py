@@ -43,6 +43,11 @@ class Finals:
         kept = jax.tree.map(jnp.copy, candidate)  # training donates its buffers
         self._entered = sorted([*self._entered, (kept, score)], key=lambda one: -one[1])[:FINALISTS]
 
+    @property
+    def entered(self) -> list[tuple[int, float]]:
+        """(footsteps, score) of those that can still win, the best first."""
+        return [(one.metadata.footsteps, score) for one, score in self._entered]
+
     def settle(self) -> list[tuple[Policy, Marks]]:
         """The finalists with their marks, the winner first; of equals, the one that was evaluated better."""
         exam = Exam(self._config, policy.act, self._mesh, self._seed, scenarios.FINALS, IMPULSES, REPLICAS)

@@ -6,6 +6,7 @@ gradients are averaged; on a CPU the devices are its cores.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 
 import jax
@@ -77,6 +78,22 @@ def _specs() -> TrainState:
 
 def init(config: Config, mesh: Mesh, seed: int) -> TrainState:
     """A run at its start, laid out over the mesh."""
+    return jax.jit(_build(config, mesh), out_shardings=shardings(mesh))(jax.random.key(seed))
+
+
+def layout(config: Config, mesh: Mesh) -> TrainState:
+    """What ``init`` gives, types and shapes only."""
+    return jax.eval_shape(_build(config, mesh), jax.random.key(0))
+
+
+def shardings(mesh: Mesh) -> TrainState:
+    """How the parts of a ``TrainState`` lie on the mesh."""
+    return jax.tree.map(
+        lambda spec: NamedSharding(mesh, spec), _specs(), is_leaf=lambda x: isinstance(x, PartitionSpec)
+    )
+
+
+def _build(config: Config, mesh: Mesh) -> Callable[[PRNGKeyArray], TrainState]:
     task, devices = Task.of(config), mesh.size
 
     def build(key: PRNGKeyArray) -> TrainState:
@@ -96,10 +113,7 @@ def init(config: Config, mesh: Mesh, seed: int) -> TrainState:
             key=key,
         )
 
-    shardings = jax.tree.map(
-        lambda spec: NamedSharding(mesh, spec), _specs(), is_leaf=lambda x: isinstance(x, PartitionSpec)
-    )
-    return jax.jit(build, out_shardings=shardings)(jax.random.key(seed))
+    return build
 
 
 def _initial_action(config: Config) -> tuple[float, ...]:

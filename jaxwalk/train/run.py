@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
+import contextlib
 import signal
 import sys
 import time
+from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import jax
 import numpy as np
+from jax.sharding import Mesh
 
-from jaxwalk import devices, plots, policy, windows
+from jaxwalk import devices, plots, policy, run_folder, runtime, windows
 from jaxwalk.config import Config
 from jaxwalk.ddpg import learner
+from jaxwalk.errors import UserError
 from jaxwalk.policy import Policy
 from jaxwalk.progress import Progress
 from jaxwalk.run_folder import RunFolder
-from jaxwalk.train import loop
-from jaxwalk.train.assess import Assessment, Assessor
+from jaxwalk.train import checkpoint, loop
+from jaxwalk.train.assess import Assessor
+from jaxwalk.train.checkpoint import Checkpoint, Store
 from jaxwalk.train.finals import Finals
+from jaxwalk.train.record import Record
 
 
 def run(config: Config, run_dir: Path | None, seed: int, command: str) -> Path:
@@ -29,16 +35,74 @@ def run(config: Config, run_dir: Path | None, seed: int, command: str) -> Path:
     Ctrl-C (or SIGTERM) ends after the report under way and keeps the best policy so far.
 
     Raises:
-      UserError: a configuration that cannot be run, or a folder that cannot be used.
+      UserError: a configuration that cannot be run, a folder that cannot be used, a disk or a memory
+        that is full, or a training that diverges again and again.
     """
     windows.check(config)
     mesh = devices.mesh(config.train.walkers)
     with RunFolder.create(run_dir, config, seed, command) as folder:
-        kind = jax.devices()[0].platform
-        print(f"run folder {folder.path}, devices ({kind}): {mesh.size}", flush=True)
-        with Progress(config.train.footsteps) as progress, Stop() as stop:
-            _Run(config, folder, seed, command, mesh, progress, stop).go()
+        _train(config, folder, seed, command, mesh, resumed=False)
         return folder.path
+
+
+def resume(path: Path) -> Path:
+    """Go on with the run in ``path`` from its latest checkpoint, and return the folder.
+
+    On the same machine and versions, all comes bit for bit as if the run had never been stopped.
+
+    Raises:
+      UserError: as for ``run``; or there is no run, it is finished, it has no usable checkpoint, it was
+        laid out for another number of devices, or another process trains it.
+    """
+    record = run_folder.load_record(path)
+    config = run_folder.load_config(path)
+    mesh = devices.mesh(config.train.walkers)
+    with RunFolder.reopen(path) as folder:
+        summary = run_folder.read_summary(path)
+        if summary and not summary.get("interrupted"):
+            raise UserError(f"the run in {path} is finished: nothing is left to resume")
+        _say_what_changed(record.get("versions", {}))
+        _train(config, folder, int(record["seed"]), str(record["command"]), mesh, resumed=True)
+        return folder.path
+
+
+def _train(config: Config, folder: RunFolder, seed: int, command: str, mesh: Mesh, resumed: bool) -> None:
+    print(f"run folder {folder.path}, devices ({jax.devices()[0].platform}): {mesh.size}", flush=True)
+    with (
+        _one_line_errors(config, folder.path),
+        Progress(config.train.footsteps) as progress,
+        Stop() as stop,
+        contextlib.closing(_Run(config, folder, seed, command, mesh, progress, stop)) as training,
+    ):
+        if resumed:
+            training.restore()
+        training.go()
+
+
+def _say_what_changed(versions: dict[str, str]) -> None:
+    now = runtime.versions()["versions"]
+    other = [f"{name} {old} (now {now.get(name)})" for name, old in versions.items() if now.get(name) != old]
+    if other:
+        print(f"begun with {', '.join(other)}: goes on, but perhaps not bit for bit", flush=True)
+
+
+@contextlib.contextmanager
+def _one_line_errors(config: Config, path: Path) -> Iterator[None]:
+    """What the machine has too little of, as one line."""
+    try:
+        yield
+    except OSError as error:
+        raise UserError(
+            f"cannot write into {path}: {error.strerror or error}; make room there, then go on with "
+            f"jaxwalk train --resume {path}"
+        ) from error
+    except (MemoryError, jax.errors.JaxRuntimeError) as error:
+        if isinstance(error, jax.errors.JaxRuntimeError) and "RESOURCE_EXHAUSTED" not in str(error):
+            raise
+        raise UserError(
+            f"out of memory: begin a run with less than --train.walkers {config.train.walkers} or "
+            f"--ddpg.replay-capacity {config.ddpg.replay_capacity}"
+        ) from error
 
 
 class Stop:
@@ -67,52 +131,133 @@ class _Run:
         folder: RunFolder,
         seed: int,
         command: str,
-        mesh: Any,
+        mesh: Mesh,
         progress: Progress,
         stop: Stop,
     ) -> None:
-        self.config, self.folder, self.seed, self.command = config, folder, seed, command
+        self.config, self.folder, self.seed, self.command, self.mesh = config, folder, seed, command, mesh
         self.progress, self.stop = progress, stop
+        self.started = time.perf_counter()
         self.state = loop.init(config, mesh, seed)
         self.advance = loop.make(config, mesh)
         self.assess = Assessor(config, mesh, seed)
         self.finals = Finals(config, mesh, seed)
-        self.found: dict[int, Assessment] = {}
-        self.best_footsteps = 0
-        self.rows: list[dict[str, float]] = []
-        self.totals = {"falls": 0.0, "broken": 0.0}
-        self.started = time.perf_counter()
-        self.compile_seconds = 0.0
+        self.record = Record()
+        self.rows: list[dict[str, Any]] = []
+        self.good: Checkpoint | None = None  # where training goes back to when it diverges
+        self.store: Store | None = None
+        if config.train.checkpoint_seconds > 0:
+            self.store = self._open_store()
+        self.saved = float("-inf")  # when; by the clock that never jumps
+
+    def _open_store(self) -> Store:
+        return Store(self.folder.resume, run_folder.identity(self.folder.path))
+
+    def close(self) -> None:
+        """Let the checkpoint under way be written."""
+        if self.store is not None:
+            self.store.close()
+
+    def restore(self) -> None:
+        """Take everything from the latest checkpoint.
+
+        Raises:
+          UserError: as for ``resume``.
+        """
+        self.store = self.store or self._open_store()
+        found = self.store.latest(self.progress.note)
+        path = self.folder.path
+        if found is None:
+            # Killed before the first checkpoint, which follows the first evaluation at once.
+            if len(run_folder.read_metrics(path)) > 1:
+                raise UserError(f"the run in {path} holds no checkpoint to resume from: begin a new run")
+            self.folder.keep(0)
+            self.progress.note("no checkpoint yet: the run begins anew")
+            return
+        if found.notes["devices"] != self.mesh.size:
+            raise UserError(
+                f"the run in {path} is laid out for {found.notes['devices']} devices, not {self.mesh.size}: "
+                f"resume it with JAX_NUM_CPU_DEVICES={found.notes['devices']} or on as many GPUs"
+            )
+        now, good = found.notes["now"], found.notes["good"]
+        self.state = self._place(_under("now.", found.arrays))
+        self.good = Checkpoint(_under("good.", found.arrays), good)
+        self.rows = self.folder.keep(now["rows"])
+        self.record = Record.from_notes(now["record"])
+        for footsteps, score in now["finalists"]:
+            self.finals.enter(policy.load(self._candidate(footsteps)), score)
+        self.folder.drop_summary()
+        self.progress.note(f"resumed at {int(self.state.footsteps):,} footsteps")
+
+    def _place(self, arrays: dict[str, np.ndarray]) -> loop.TrainState:
+        like = loop.layout(self.config, self.mesh)
+        return checkpoint.unpack(arrays, like, loop.shardings(self.mesh))
+
+    def _snapshot(self) -> Checkpoint:
+        """All of the run as it is now, but for where it would go back to."""
+        record = self.record.to_notes() | {"seconds": self._seconds()}
+        notes = {
+            "rows": len(self.rows),
+            "record": record,
+            "finalists": [list(x) for x in self.finals.entered],
+        }
+        return Checkpoint(checkpoint.pack(self.state), notes)
+
+    def _save(self, now: Checkpoint | None = None, wait: bool = False) -> None:
+        if self.store is None:
+            return
+        now = now or self._snapshot()
+        good = self.good or now
+        arrays = {f"now.{name}": x for name, x in now.arrays.items()}
+        arrays |= {f"good.{name}": x for name, x in good.arrays.items()}
+        notes = {"devices": self.mesh.size, "now": now.notes, "good": good.notes}
+        self.folder.sync()  # no checkpoint knows of a row that a loss of power takes
+        self.store.save(Checkpoint(arrays, notes), wait)
+        self.saved = time.perf_counter()
+
+    def _save_if_due(self) -> None:
+        if self.store is None or self.store.busy():
+            return
+        if time.perf_counter() - self.saved >= self.config.train.checkpoint_seconds:
+            # The first is waited for: without it, a kill in the first report would leave nothing.
+            self._save(wait=self.saved == float("-inf"))
+
+    def _seconds(self) -> float:
+        return self.record.seconds + time.perf_counter() - self.started
 
     def go(self) -> None:
-        train = self.config.train
-        due = [train.footsteps * (i + 1) / train.evaluations for i in range(train.evaluations)]
-        footsteps = 0
-        self._evaluate(0)
-        while footsteps < train.footsteps and not self.stop.wanted:
+        total = self.config.train.footsteps
+        while True:
+            footsteps = int(self.state.footsteps)
+            if self._evaluation_due(footsteps) and not (self.rows and self.stop.wanted):
+                self._evaluate(footsteps)
+            if footsteps >= total or self.stop.wanted:
+                break
+            self._save_if_due()
             begun = time.perf_counter()
             self.state = self.advance(self.state)
             counts = jax.device_get(self.state.counts)
             seconds = time.perf_counter() - begun
             if len(self.rows) == 1:
-                self.compile_seconds += seconds
-            footsteps = int(self.state.footsteps)
-            self._report(footsteps, counts, seconds)
-            if footsteps >= due[0] and not self.stop.wanted:
-                while due and footsteps >= due[0]:
-                    due.pop(0)
-                self._evaluate(footsteps)
-                due = due or [float("inf")]
+                self.record.compile_seconds += seconds
+            self._report(int(self.state.footsteps), counts, seconds)
+        self._save(wait=self.stop.wanted)
         self._finish(footsteps)
+
+    def _evaluation_due(self, footsteps: int) -> bool:
+        """Whether one of the evaluations, the first at 0, has come due since the latest."""
+        train = self.config.train
+        due = (train.footsteps * i / train.evaluations for i in range(train.evaluations + 1))
+        return any(self.record.evaluated < one <= footsteps for one in due)
 
     def _report(self, footsteps: int, counts: loop.Counts, seconds: float) -> None:
         steps = max(float(counts.footsteps), 1.0)
         metrics = jax.device_get(self.state.learner.metrics)
-        self.totals["falls"] += float(counts.falls)
-        self.totals["broken"] += float(counts.broken)
+        self.record.totals["falls"] += float(counts.falls)
+        self.record.totals["broken"] += float(counts.broken)
         row = {
             "footsteps": footsteps,
-            "seconds": time.perf_counter() - self.started,
+            "seconds": self._seconds(),
             "train/reward": float(counts.reward) / steps,
             "train/falls_per_100": 100 * float(counts.falls) / steps,
             "train/broken": float(counts.broken),
@@ -123,38 +268,88 @@ class _Run:
             "learner/updates": int(self.state.learner.updates),
             **{f"learner/{name}": float(value) for name, value in asdict(metrics).items()},
         }
-        last = self.assessment
-        row |= {"train/predicted_return": last.predicted, "train/real_return": last.real}
+        if last := self.record.last:
+            row |= {"train/predicted_return": last.predicted, "train/real_return": last.real}
+        self._log(row)
+        self.progress.update(footsteps, row)
+        self._go_back_if_diverged(footsteps, int(metrics.skipped))
+
+    def _log(self, row: dict[str, Any]) -> None:
         self.rows.append(row)
         self.folder.log(row)
-        self.progress.update(footsteps, row)
+
+    def _go_back_if_diverged(self, footsteps: int, skipped: int) -> None:
+        """Too many updates were skipped since the latest evaluation: train on from there, otherwise.
+
+        Raises:
+          UserError: for the last time that is allowed. What is saved then comes to it again.
+        """
+        good, train = self.good, self.config.train
+        if good is None:
+            return
+        since = skipped - int(good.arrays["learner.metrics.skipped"])
+        if since <= train.divergence_limit:
+            return
+        back_to = int(good.arrays["footsteps"])
+        self.record.divergences.append({"footsteps": footsteps, "back_to": back_to, "skipped": since})
+        self._log(
+            {
+                "footsteps": footsteps,
+                "seconds": self._seconds(),
+                "divergence/back_to": back_to,
+                "divergence/skipped": since,
+            }
+        )
+        if len(self.record.divergences) >= train.divergence_events:
+            self._give_up(good, footsteps)
+        state = self._place(dict(good.arrays))
+        # Other draws from here on, or all would come as before.
+        self.state = state.replace(key=jax.random.fold_in(state.key, len(self.record.divergences)))
+        self.good = self._snapshot()
+        self.progress.note(
+            f"{since} updates since {back_to:,} footsteps were not finite: training goes back to there"
+        )
+
+    def _give_up(self, good: Checkpoint, footsteps: int) -> None:
+        path = self.folder.path
+        self.store = self.store or self._open_store()
+        self._save(good, wait=True)
+        self._write_summary(footsteps, interrupted=True, finals=[])
+        raise UserError(
+            f"training diverged at {footsteps:,} footsteps, time {len(self.record.divergences)}: begin a run "
+            f"with a lower --ddpg.critic-lr or --ddpg.actor-lr; jaxwalk train --resume {path} shows it again"
+        )
 
     def _evaluate(self, footsteps: int) -> None:
         found = self.assess(learner.averaged(self.state.learner))
-        self.assessment = found
+        record = self.record
         if not self.rows:
-            self.compile_seconds += time.perf_counter() - self.started
-        row = {"footsteps": footsteps, "seconds": time.perf_counter() - self.started}
-        row |= {f"eval/{name}": value for name, value in asdict(found).items()}
-        self.rows.append(row)
-        self.folder.log(row)
+            record.compile_seconds += time.perf_counter() - self.started
+        row = {"footsteps": footsteps, "seconds": self._seconds()}
+        self._log(row | {f"eval/{name}": value for name, value in asdict(found).items()})
         learned = self._policy(footsteps, found.score)
-        policy.save(learned, self.folder.checkpoints / f"{footsteps:09d}.safetensors")
+        policy.save(learned, self._candidate(footsteps))
         better = np.isfinite(found.score) and (
-            not self.found or found.score > self.found[self.best_footsteps].score
+            not record.found or found.score > record.found[record.best].score
         )
         if better:
-            self.best_footsteps = footsteps
+            record.best = footsteps
             policy.save(learned, self.folder.policy)
         self.finals.enter(learned, found.score)
         if np.isfinite(found.score):
-            self.found[footsteps] = found
+            record.found[footsteps] = found
+        record.last, record.evaluated = found, footsteps
+        self.good = self._snapshot()
         plots.training_png(self.rows, self.folder.picture)
         self.progress.note(
             f"evaluation at {footsteps:,} footsteps: {found.survival:.0%} of the pushed and {found.calm:.0%} "
             f"of the others stay up, {found.speed:.2f} m/s, predicted return {found.predicted:.1f} came "
             f"as {found.real:.1f}" + ("; best so far" if better else "")
         )
+
+    def _candidate(self, footsteps: int) -> Path:
+        """Where the policy of an evaluation is kept."""
+        return self.folder.checkpoints / f"{footsteps:09d}.safetensors"
 
     def _policy(self, footsteps: int, score: float) -> Policy:
         return policy.from_learner(
@@ -171,27 +366,37 @@ class _Run:
         self.progress.note("the best policies meet more pushes")
         settled = self.finals.settle()
         winner = settled[0][0]
-        self.best_footsteps = winner.metadata.footsteps
+        self.record.best = winner.metadata.footsteps
         policy.save(winner, self.folder.policy)
         return [{"footsteps": one.metadata.footsteps, **asdict(marks)} for one, marks in settled]
 
     def _finish(self, footsteps: int) -> None:
+        interrupted = self.stop.wanted
         # Who interrupts wants to end: the best by the evaluations stands.
-        finals = [] if self.stop.wanted else self._settle()
+        finals = [] if interrupted else self._settle()
+        self._write_summary(footsteps, interrupted, finals)
+        if self.store is not None and not interrupted:
+            self.store.clear()
+        plots.training_png(self.rows, self.folder.picture)
+        verb = "stopped early" if interrupted else "done"
+        self.progress.note(f"{verb}: best policy (at {self.record.best:,} footsteps) in {self.folder.policy}")
+
+    def _write_summary(self, footsteps: int, interrupted: bool, finals: list[dict[str, Any]]) -> None:
+        best = self.record.best
         self.folder.write_summary(
             {
-                "interrupted": self.stop.wanted,
+                "interrupted": interrupted,
                 "footsteps": footsteps,
-                "seconds": time.perf_counter() - self.started,
-                "first_report_seconds": self.compile_seconds,
+                "seconds": self._seconds(),
+                "first_report_seconds": self.record.compile_seconds,
                 "updates": int(self.state.learner.updates),
-                **self.totals,
-                "best": {"footsteps": self.best_footsteps, **asdict(self.found[self.best_footsteps])},
+                **self.record.totals,
+                "divergences": self.record.divergences,
+                "best": {"footsteps": best, **asdict(self.record.found[best])},
                 "finals": finals,
             }
         )
-        plots.training_png(self.rows, self.folder.picture)
-        verb = "stopped early" if self.stop.wanted else "done"
-        self.progress.note(
-            f"{verb}: best policy (at {self.best_footsteps:,} footsteps) in {self.folder.policy}"
-        )
+
+
+def _under(prefix: str, arrays: Any) -> dict[str, np.ndarray]:
+    return {name.removeprefix(prefix): x for name, x in arrays.items() if name.startswith(prefix)}

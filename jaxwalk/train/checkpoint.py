@@ -1,0 +1,216 @@
+"""Checkpoints of a training run, by Orbax: written beside the training, whole or not at all, two kept.
+
+A digest of all that a checkpoint holds travels within it, so that one cut short, altered or brought
+from another run is told from a good one.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from jaxwalk.errors import UserError
+
+KEPT = 2
+_ARRAYS, _REST = "arrays", "rest"
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """What is saved.
+
+    Attributes:
+      arrays: by name; owned by nobody else.
+      notes: JSON values with text for keys.
+    """
+
+    arrays: Mapping[str, np.ndarray]
+    notes: Mapping[str, Any]
+
+
+class Store:
+    """The checkpoints in one folder, which need not exist. ``close`` it, so that none stays half written.
+
+    Args:
+      run: what tells this run from all others; checkpoints of another are not taken for its own.
+    """
+
+    def __init__(self, folder: Path, run: str) -> None:
+        import orbax.checkpoint as ocp  # two seconds to import, and other commands do without
+        from orbax.checkpoint.checkpoint_managers import preservation_policy
+
+        self.folder, self._run, self._ocp = folder, run, ocp
+        options = ocp.CheckpointManagerOptions(
+            preservation_policy=preservation_policy.LatestN(KEPT),
+            cleanup_tmp_directories=True,  # what a killed process was about to write
+        )
+        try:
+            self._manager = ocp.CheckpointManager(folder.absolute(), options=options)
+        except OSError as error:
+            raise UserError(self._unwritten(error)) from error
+        self._next = max(self._manager.all_steps(), default=-1) + 1
+
+    def save(self, checkpoint: Checkpoint, wait: bool = False) -> None:
+        """Begin to write; what is called later may change nothing in it. ``wait``: until it is on disk.
+
+        Raises:
+          UserError: it cannot be written, or the one before it could not.
+        """
+        rest = {
+            "run": self._run,
+            "digest": digest(checkpoint),
+            "notes": dict(checkpoint.notes),
+        }
+        args = self._ocp.args
+        try:
+            self._manager.wait_until_finished()
+            self._manager.save(
+                self._next,
+                args=args.Composite(
+                    **{_ARRAYS: args.PyTreeSave(dict(checkpoint.arrays)), _REST: args.JsonSave(rest)}
+                ),
+            )
+            self._next += 1
+            if wait:
+                self._manager.wait_until_finished()
+        except Exception as error:  # Orbax and TensorStore have many
+            raise UserError(self._unwritten(error)) from error
+
+    def busy(self) -> bool:
+        """Whether a checkpoint is being written.
+
+        Raises:
+          UserError: it could not be.
+        """
+        try:
+            self._manager.check_for_errors()
+            return self._manager.is_saving_in_progress()
+        except Exception as error:
+            raise UserError(self._unwritten(error)) from error
+
+    def latest(self, say: Callable[[str], None]) -> Checkpoint | None:
+        """The latest checkpoint that is whole; those after it are dropped, and ``say`` is told of each.
+
+        None: there are no checkpoints at all.
+
+        Raises:
+          UserError: there are some, but none of them can be used.
+        """
+        bad: list[tuple[int, str]] = []
+        for step in sorted(self._manager.all_steps(), reverse=True):
+            found = self._read(step)
+            if isinstance(found, Checkpoint):
+                for worse, why in bad:
+                    say(f"checkpoint {worse} {why}: going on from the one before it")
+                    self._manager.delete(worse)
+                return found
+            bad.append((step, found))
+        if bad:
+            raise UserError(
+                f"no checkpoint in {self.folder} can be used: number {bad[0][0]} {bad[0][1]}; begin a new run"
+            )
+        return None
+
+    def _read(self, step: int) -> Checkpoint | str:
+        """A checkpoint, or what is wrong with it."""
+        args = self._ocp.args
+        try:
+            read = self._manager.restore(
+                step, args=args.Composite(**{_ARRAYS: args.PyTreeRestore(), _REST: args.JsonRestore()})
+            )
+            arrays = {name: np.asarray(x) for name, x in read[_ARRAYS].items()}
+            found, rest = Checkpoint(arrays, read[_REST]["notes"]), read[_REST]
+            if digest(found) != rest["digest"]:
+                return "is damaged (its digest differs)"
+            return found if rest["run"] == self._run else "is of another run"
+        except Exception as error:  # whatever a damaged file makes of its readers
+            return f"is damaged ({_first_line(error)})"
+
+    def close(self) -> None:
+        """Wait for what is being written. One that failed is as if it had not been begun."""
+        try:
+            self._manager.close()
+        except Exception as error:
+            raise UserError(self._unwritten(error)) from error
+
+    def clear(self) -> None:
+        """Close, and remove the folder: the run needs it no more."""
+        self.close()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def _unwritten(self, error: Exception) -> str:
+        return (
+            f"cannot write a checkpoint into {self.folder}: {_first_line(error)}; "
+            f"make room there, then go on with jaxwalk train --resume {self.folder.parent}"
+        )
+
+
+def digest(checkpoint: Checkpoint) -> str:
+    """SHA-256 of names, types, shapes and bytes of all arrays, and of the notes."""
+    hashed = hashlib.sha256(json.dumps(checkpoint.notes, sort_keys=True).encode())
+    for name in sorted(checkpoint.arrays):
+        x = checkpoint.arrays[name]
+        hashed.update(f"{name} {x.dtype} {x.shape} ".encode())
+        hashed.update(np.ascontiguousarray(x).tobytes())
+    return hashed.hexdigest()
+
+
+def pack(tree: Any) -> dict[str, np.ndarray]:
+    """A tree's arrays by their paths, copied to the host; random keys as their data."""
+    leaves = jax.tree_util.tree_leaves_with_path(jax.tree.map(_plain, tree))
+    # Copies: on a CPU, JAX hands out its own buffers, which training gives up.
+    return {_name(path): np.array(x) for path, x in leaves}
+
+
+def unpack(arrays: Mapping[str, np.ndarray], like: T, shardings: Any) -> T:
+    """The tree that ``pack`` took apart, on its devices.
+
+    Args:
+      like: its types and shapes. shardings: of its arrays, a prefix of the tree.
+
+    Raises:
+      UserError: other arrays than ``like`` calls for.
+    """
+    wanted = jax.tree_util.tree_leaves_with_path(jax.eval_shape(lambda t: jax.tree.map(_plain, t), like))
+    for path, x in wanted:
+        found = arrays.get(_name(path))
+        if found is None or (found.shape, found.dtype) != (x.shape, x.dtype):
+            held = "nothing" if found is None else f"{found.dtype}{list(found.shape)}"
+            raise UserError(
+                f"the checkpoint is of another version of jaxwalk: it holds {held} for {_name(path)}, "
+                f"not {x.dtype}{list(x.shape)}; go on with the version that made it"
+            )
+
+    def leaf(path: Any, x: Any) -> jax.Array:
+        # A copy: JAX may compute in the array's own memory, and training gives its buffers up.
+        found = jnp.array(arrays[_name(path)], copy=True)
+        return jax.random.wrap_key_data(found) if _is_key(x) else found
+
+    return jax.device_put(jax.tree_util.tree_map_with_path(leaf, like), shardings)
+
+
+def _is_key(x: Any) -> bool:
+    return jnp.issubdtype(x.dtype, jax.dtypes.prng_key)
+
+
+def _plain(x: Any) -> Any:
+    return jax.random.key_data(x) if _is_key(x) else x
+
+
+def _name(path: Any) -> str:
+    return jax.tree_util.keystr(path, simple=True, separator=".")
+
+
+def _first_line(error: Exception) -> str:
+    lines = str(error).strip().splitlines()
+    return lines[0][:200] if lines else type(error).__name__
