@@ -13,8 +13,9 @@ from jaxwalk.cli import main
 def called(monkeypatch):
     """What the commands hand on: a list of argument tuples."""
     calls = []
-    for module, function in (("train", "run"), ("evaluate", "main"), ("render", "main"), ("bench", "main")):
-        recorder = types.SimpleNamespace(**{function: lambda *args: calls.append(args)})
+    modules = {"train": ("run", "resume"), "evaluate": ("main",), "render": ("main",), "bench": ("main",)}
+    for module, functions in modules.items():
+        recorder = types.SimpleNamespace(**{name: lambda *args: calls.append(args) for name in functions})
         monkeypatch.setitem(sys.modules, f"jaxwalk.{module}", recorder)
         monkeypatch.setattr(jaxwalk, module, recorder, raising=False)
     return calls

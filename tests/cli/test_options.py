@@ -1,11 +1,12 @@
 """Good command lines: what reaches the programs behind them."""
 
 import dataclasses
+import json
 from pathlib import Path
 
 import pytest
 
-from jaxwalk.config import Config
+from jaxwalk.config import Config, TrainConfig, to_dict
 from jaxwalk.presets import PRESETS
 
 
@@ -28,6 +29,44 @@ def test_options_override_the_preset_wherever_it_stands(jaxwalk_cli, called, tmp
     config, path, seed, command = called[0]
     assert (config, path, seed) == (expected, run_dir, 7)
     assert command.startswith("jaxwalk train --") and f"'{run_dir}'" in command
+
+
+@pytest.fixture
+def a_run(tmp_path):
+    """The configuration of a run with seed 5 and 32 walkers."""
+    path, config = tmp_path / "run", dataclasses.replace(Config(), train=TrainConfig(walkers=32))
+    path.mkdir()
+    record = {"config": to_dict(config), "seed": 5, "command": "jaxwalk train"}
+    (path / "config.json").write_text(json.dumps(record))
+    return path
+
+
+@pytest.mark.parametrize("argv", [[], ["--seed", "5", "--train.walkers", "32"]])
+def test_a_run_is_resumed_with_what_it_was_begun_with(jaxwalk_cli, called, a_run, argv):
+    assert jaxwalk_cli("train", "--resume", a_run, *argv) == (0, "", "")
+    assert called == [(a_run,)]
+
+
+@pytest.mark.parametrize(
+    "argv",
+    [
+        ["--seed", "0"],
+        ["--train.walkers", "256"],
+        ["--train.checkpoint-seconds", "1.0"],
+        ["--preset", "default"],
+        ["--run-dir", "elsewhere"],
+    ],
+)
+def test_an_option_that_contradicts_the_run_is_named(jaxwalk_cli, called, a_run, argv):
+    code, out, error = jaxwalk_cli("train", *argv, "--resume", a_run)
+    assert (code, out, called, error.count("\n")) == (2, "", [], 1)
+    assert f"{argv[0]} {argv[1]}" in error and str(a_run) in error
+
+
+def test_what_is_no_run_is_not_resumed(jaxwalk_cli, called, tmp_path):
+    code, _, error = jaxwalk_cli("train", "--resume", tmp_path)
+    assert (code, called, error.count("\n")) == (2, [], 1)
+    assert str(tmp_path / "config.json") in error
 
 
 @pytest.mark.parametrize(

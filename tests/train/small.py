@@ -1,20 +1,24 @@
-"""A training run of seconds, once compiled, in a process of its own; what it leaves is told in digests."""
+"""A training run of a second, once compiled, here or in a process of its own; what must come of it."""
 
 from __future__ import annotations
 
 import dataclasses
+import functools
 import hashlib
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
+
+import jax
 
 from jaxwalk import policy, run_folder
-from jaxwalk.config import Config
 from jaxwalk.presets import PRESETS
 
 SMOKE = PRESETS["smoke"]
-# Some nine reports, updates from the second on, three evaluations, a checkpoint after every report.
+# Some nine reports, updates from the second on, three evaluations, a checkpoint whenever one can be written.
 CONFIG = dataclasses.replace(
     SMOKE,
     ddpg=dataclasses.replace(SMOKE.ddpg, warmup=16),
@@ -22,65 +26,57 @@ CONFIG = dataclasses.replace(
         SMOKE.train, footsteps=120, windows_per_report=20, evaluations=2, checkpoint_seconds=1e-6
     ),
 )
+SEED, COMMAND = 3, "jaxwalk train --seed 3"
 CLOCKED = {"seconds", "train/footsteps_per_second"}
 
 
-def shorten(patch) -> None:
-    """Evaluations of two seconds."""
-    from jaxwalk.train import assess, finals
+def shorten(patch: Callable[[Any, str, Any], None]) -> None:
+    """Evaluations of a second or two; programs that are compiled once for all runs of the process."""
+    from jaxwalk.train import assess, finals, loop, run
 
     patch(assess, "SECONDS", 2.0)
     patch(assess, "PHASES", 1)
     patch(assess, "CALM", 2)
     patch(finals, "REPLICAS", 1)
+    patch(loop, "make", functools.cache(loop.make))
+    patch(sys.modules[run.__module__], "Assessor", functools.cache(assess.Assessor))
+    patch(finals, "Exam", functools.cache(assess.Exam))
 
 
-def outcome(folder: Path) -> dict[str, object]:
-    """What must be the same however often a run was stopped."""
-    rows = run_folder.read_metrics(folder)
-    summary = run_folder.read_summary(folder)
-    best = policy.load(folder / run_folder.POLICY)
+def outcome(folder: Path) -> dict[str, Any]:
+    """What must be the same however often a run was stopped: all but times."""
+    rows, summary = run_folder.read_metrics(folder), run_folder.read_summary(folder)
     return {
         "rows": [{k: v for k, v in row.items() if k not in CLOCKED} for row in rows],
-        "policy": hashlib.sha256((folder / run_folder.POLICY).read_bytes()).hexdigest(),
-        "footsteps": best.metadata.footsteps,
-        "policies": {
-            path.name: hashlib.sha256(path.read_bytes()).hexdigest()
-            for path in (folder / run_folder.CHECKPOINTS).iterdir()
-        },
         "summary": {k: v for k, v in summary.items() if "seconds" not in k},
+        "policy": _digest(folder / run_folder.POLICY),
+        "policies": {path.name: _digest(path) for path in (folder / run_folder.CHECKPOINTS).iterdir()},
+        "trained": policy.load(folder / run_folder.POLICY).metadata.command,
     }
 
 
-def start(folder: Path, *, resume: bool = False, before: str = "", **options) -> subprocess.Popen[str]:
-    """The run, or its resumption, in another process; ``before`` is run there first."""
-    what = "resume(folder)" if resume else "run(small.CONFIG, folder, 3, 'jaxwalk train --seed 3')"
+def _digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def start(folder: Path, resume: bool = False) -> subprocess.Popen[str]:
+    """The run of ``CONFIG``, or its resumption, in a process of its own."""
+    what = "train.resume(folder)" if resume else "train.run(small.CONFIG, folder, small.SEED, small.COMMAND)"
     program = f"""
-import sys, pathlib
+import pathlib, sys
 sys.path.insert(0, {str(Path(__file__).parent)!r})
-from jaxwalk import cli, runtime
+from jaxwalk import runtime
 runtime.setup()
 import small
+from jaxwalk import train
 small.shorten(setattr)
-from jaxwalk.train import run, resume
 folder = pathlib.Path({str(folder)!r})
-{before}
-def go(argv):
-    {what}
-sys.modules["jaxwalk.cli.train"] = type(sys)("train")
-sys.modules["jaxwalk.cli.train"].run = go
-sys.exit(cli.main(["train"]))
+{what}
 """
     return subprocess.Popen(
         [sys.executable, "-c", program],
         stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
         text=True,
-        env=os.environ | {"JAX_NUM_CPU_DEVICES": "1"},
-        **options,
+        env=os.environ | {"JAX_NUM_CPU_DEVICES": str(jax.device_count())},
     )
-
-
-def config(**train: object) -> Config:
-    """``CONFIG`` with other values in ``train``."""
-    return dataclasses.replace(CONFIG, train=dataclasses.replace(CONFIG.train, **train))

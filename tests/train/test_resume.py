@@ -1,0 +1,268 @@
+"""A stopped training goes on bit for bit, whatever stopped it; one that diverges goes back."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import json
+import os
+import random
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.append(str(Path(__file__).parent))
+
+import small
+
+from jaxwalk import run_folder
+from jaxwalk.errors import UserError
+from jaxwalk.progress import Progress
+from jaxwalk.run_folder import RunFolder
+from jaxwalk.train import resume, run
+from jaxwalk.train.checkpoint import Checkpoint, Store
+
+
+@pytest.fixture(scope="module", autouse=True)
+def short():
+    with pytest.MonkeyPatch.context() as patch:
+        small.shorten(patch.setattr)
+        yield
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """What comes of a run that nothing stops."""
+    folder = run(small.CONFIG, tmp_path_factory.mktemp("whole") / "run", small.SEED, small.COMMAND)
+    assert not (folder / "resume").exists()  # of no more use
+    with pytest.raises(UserError, match="is finished: nothing is left to resume"):
+        resume(folder)
+    return small.outcome(folder)
+
+
+def stop_at(patch, report: int, which: int, also=lambda: None) -> None:
+    """A signal as the ``report``-th report is shown."""
+    shown = []
+
+    def update(*_):
+        shown.append(1)
+        also()
+        if len(shown) == report:
+            os.kill(os.getpid(), which)
+
+    patch.setattr(Progress, "update", update)
+
+
+@pytest.fixture
+def stopped(tmp_path, monkeypatch):
+    """A run that SIGINT ended at its third report."""
+    with monkeypatch.context() as patch:
+        stop_at(patch, 3, signal.SIGINT)
+        return run(small.CONFIG, tmp_path / "stopped", small.SEED, small.COMMAND)
+
+
+def kill(process: subprocess.Popen[str]) -> None:
+    process.kill()  # SIGKILL
+    process.communicate()
+
+
+def test_killed_while_a_checkpoint_is_written(whole, tmp_path):
+    folder = tmp_path / "run"
+    process = small.start(folder)
+    # Orbax writes into a folder of this name first; one whole checkpoint at least is there before.
+    while process.poll() is None:
+        names = os.listdir(folder / "resume") if (folder / "resume").exists() else []
+        if "1" in names and any("tmp" in name for name in names):
+            break
+        time.sleep(0.0005)
+    assert process.poll() is None, process.communicate()
+    kill(process)
+    with (folder / "metrics.jsonl").open("a") as file:
+        file.write('{"footsteps": 12')  # as a kill within a write leaves it
+    resume(folder)
+    assert small.outcome(folder) == whole
+
+
+@pytest.mark.parametrize("which", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("report", [1, 5])
+def test_stopped_by_a_signal_and_by_clocks_that_jump(whole, tmp_path, monkeypatch, report, which):
+    with monkeypatch.context() as patch:
+        jumping = iter(random.Random(1).uniform(0, 4e9) for _ in range(10**9))
+        patch.setattr(time, "time", lambda: next(jumping))
+        stop_at(patch, report, which)
+        folder = run(small.CONFIG, tmp_path / "run", small.SEED, small.COMMAND)
+        assert run_folder.read_summary(folder)["interrupted"]
+        kept = len(run_folder.read_metrics(folder))
+        patch.setattr(Progress, "update", lambda *_: None)
+        resume(folder)
+    assert small.outcome(folder) == whole
+    seconds = [row["seconds"] for row in run_folder.read_metrics(folder)]
+    assert seconds == sorted(seconds) and seconds[kept] - seconds[kept - 1] < 600
+
+
+def test_a_damaged_checkpoint_costs_no_more_than_the_way_from_the_one_before(whole, stopped, capsys):
+    _, last = sorted((stopped / "resume").iterdir(), key=lambda path: int(path.name))
+    (data,) = [path for path in (last / "rest").iterdir() if path.name == "metadata"]
+    data.write_bytes(data.read_bytes()[:100])
+    resume(stopped)
+    assert f"checkpoint {last.name} is damaged" in capsys.readouterr().out
+    assert small.outcome(stopped) == whole
+
+
+def test_without_a_usable_checkpoint_nothing_is_touched(stopped):
+    metrics = (stopped / "metrics.jsonl").read_bytes()
+    for path in (stopped / "resume").iterdir():
+        shutil.rmtree(path / "arrays")
+    with pytest.raises(UserError, match=r"no checkpoint in .* can be used"):
+        resume(stopped)
+    shutil.rmtree(stopped / "resume")
+    with pytest.raises(UserError, match="holds no checkpoint"):
+        resume(stopped)
+    assert (stopped / "metrics.jsonl").read_bytes() == metrics
+    assert run_folder.read_summary(stopped)["interrupted"]
+
+
+def test_metrics_that_lack_rows_are_not_gone_on_with(stopped):
+    file = stopped / "metrics.jsonl"
+    text = file.read_text().splitlines(keepends=True)[0]
+    file.write_text(text)
+    with pytest.raises(UserError, match="has 1 lines, its checkpoint knows 4"):
+        resume(stopped)
+    assert file.read_text() == text
+
+
+def test_one_process_at_a_time(stopped):
+    before = (stopped / "metrics.jsonl").read_bytes()
+    with RunFolder.reopen(stopped), pytest.raises(UserError, match="in use by another jaxwalk"):
+        resume(stopped)
+    assert (stopped / "metrics.jsonl").read_bytes() == before
+
+
+def test_another_number_of_devices_is_refused(stopped):
+    store = Store(stopped / "resume", run_folder.identity(stopped))
+    found = store.latest(print)
+    assert found is not None
+    store.save(Checkpoint(found.arrays, {**found.notes, "devices": 7}))
+    store.close()
+    with pytest.raises(UserError, match=r"laid out for 7 devices, not .*JAX_NUM_CPU_DEVICES=7"):
+        resume(stopped)
+
+
+def test_killed_before_the_first_checkpoint_it_begins_anew(whole, tmp_path):
+    with RunFolder.create(tmp_path / "run", small.CONFIG, small.SEED, small.COMMAND) as folder:
+        folder.log({"footsteps": 0, "seconds": 1.0})
+    resume(folder.path)
+    assert small.outcome(folder.path) == whole
+
+
+@contextlib.contextmanager
+def disk(path: Path, size: str):
+    """A file system of its own. Skips where that is not allowed."""
+    path.mkdir()
+    made = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", path], capture_output=True)
+    if made.returncode:
+        pytest.skip("file systems are mounted by the superuser only")
+    try:
+        yield lambda options: subprocess.run(["mount", "-o", f"remount,{options}", path], check=True)
+    finally:
+        subprocess.run(["umount", "-l", path], check=True)
+
+
+def test_a_full_and_then_a_read_only_disk(whole, tmp_path):
+    with disk(tmp_path / "disk", "64m") as remount:
+        path = tmp_path / "disk" / "run"
+        filling = []
+
+        def fill(*_):
+            filling.append(1)
+            if len(filling) == 4:
+                with contextlib.suppress(OSError), open(tmp_path / "disk" / "large", "wb", 0) as file:
+                    while file.write(bytes(4096)):
+                        pass
+
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(Progress, "update", fill)
+            with pytest.raises(UserError, match=f"(?i)no space left.*make room.*--resume {path}"):
+                run(small.CONFIG, path, small.SEED, small.COMMAND)
+        remount("ro")
+        with pytest.raises(UserError, match=r"cannot write the run folder .*Read-only"):
+            resume(path)
+        remount("rw,size=128m")
+        resume(path)
+        assert small.outcome(path) == whole
+
+
+def test_out_of_memory_names_what_to_lower(tmp_path):
+    huge = dataclasses.replace(
+        small.CONFIG, ddpg=dataclasses.replace(small.CONFIG.ddpg, replay_capacity=2**29)
+    )
+    used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    limits = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (used + 2**32, limits[1]))
+    try:
+        with pytest.raises(UserError, match=r"out of memory.*--train\.walkers 8 .*--ddpg\.replay-capacity 5"):
+            run(huge, tmp_path / "run", 0, "jaxwalk train")
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, limits)
+
+
+def test_a_training_that_diverges_goes_back_and_in_the_end_stops(tmp_path, capsys):
+    wild = dataclasses.replace(
+        small.CONFIG,
+        # One step so long that the critic's values overflow; all updates after it are skipped.
+        ddpg=dataclasses.replace(small.CONFIG.ddpg, critic_lr=1e37, max_grad_norm=0.0, critic_head_start=0),
+        train=dataclasses.replace(
+            small.CONFIG.train, footsteps=10_000, divergence_limit=3, divergence_events=2
+        ),
+    )
+    path = tmp_path / "run"
+    with pytest.raises(UserError, match=r"diverged at .* footsteps, time 2.*--ddpg\.critic-lr.*--resume"):
+        run(wild, path, 1, "jaxwalk train")
+    assert "training goes back" in capsys.readouterr().out
+    summary, rows = run_folder.read_summary(path), run_folder.read_metrics(path)
+    events = [row for row in rows if "divergence/back_to" in row]
+    assert [row["divergence/back_to"] for row in events] == [one["back_to"] for one in summary["divergences"]]
+    assert len(events) == 2 and all(row["divergence/skipped"] > 3 for row in events)
+    reports = [row for row in rows if "train/reward" in row]
+    assert all(np.isfinite(row["learner/critic_loss"]) for row in reports)
+    # What it leaves behind shows the last one again.
+    first = small.outcome(path)
+    with pytest.raises(UserError, match=r"diverged at .* footsteps, time 2"):
+        resume(path)
+    assert small.outcome(path) == first
+    assert json.loads((path / "config.json").read_text())["seed"] == 1
+
+
+@pytest.mark.slow
+def test_killed_twenty_times_at_random_moments(whole, tmp_path):
+    folder, draw = tmp_path / "run", random.Random(0)
+    kills, process = 0, small.start(folder)
+    while kills < 20:
+        # Anywhere from the interpreter's start to the last report.
+        begun, wait = time.monotonic(), draw.uniform(0, 2)
+        rows = draw.randrange(2, 11) if kills % 4 else 0
+        while process.poll() is None and time.monotonic() - begun < 300:
+            file = folder / "metrics.jsonl"
+            if file.exists() and len(file.read_bytes().splitlines()) >= rows:
+                break
+            time.sleep(0.001)
+        time.sleep(wait * (kills % 4 == 0) + wait / 100)
+        kill(process)
+        kills += 1
+        if not (folder / "config.json").exists():
+            process = small.start(folder)
+        elif run_folder.read_summary(folder):
+            break
+        else:
+            process = small.start(folder, resume=True)
+    kill(process)
+    if not run_folder.read_summary(folder):
+        resume(folder)
+    assert small.outcome(folder) == whole
