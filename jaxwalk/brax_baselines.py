@@ -37,7 +37,7 @@ from jaxwalk.progress import Progress
 from jaxwalk.run_folder import RunFolder
 from jaxwalk.train.assess import Exam, Marks
 from jaxwalk.train.finals import Finals
-from jaxwalk.train.run import Stop
+from jaxwalk.train.stop import Stop
 
 EPISODE = 64  # footsteps, about 30 s: Brax counts episodes in decisions
 _SMALL = 0.01  # of the last layer's first weights: the first policy answers alike everywhere

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import signal
-import sys
 import time
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -27,6 +25,7 @@ from jaxwalk.train.assess import Assessor
 from jaxwalk.train.checkpoint import Checkpoint, Store
 from jaxwalk.train.finals import Finals
 from jaxwalk.train.record import Record
+from jaxwalk.train.stop import Stop
 
 
 def run(config: Config, run_dir: Path | None, seed: int, command: str) -> Path:
@@ -103,25 +102,6 @@ def _one_line_errors(config: Config, path: Path) -> Iterator[None]:
             f"out of memory: begin a run with less than --train.walkers {config.train.walkers} or "
             f"--ddpg.replay-capacity {config.ddpg.replay_capacity}"
         ) from error
-
-
-class Stop:
-    """Turns the first Ctrl-C or SIGTERM into a wish; the second interrupts as usual."""
-
-    def __enter__(self) -> Stop:
-        self.wanted = False
-        self._old = {s: signal.signal(s, self._wish) for s in (signal.SIGINT, signal.SIGTERM)}
-        return self
-
-    def _wish(self, number: int, frame: Any) -> None:
-        self.wanted = True
-        print("stopping after the report under way; Ctrl-C again ends at once", file=sys.stderr, flush=True)
-        for which, old in self._old.items():
-            signal.signal(which, old)
-
-    def __exit__(self, *_: object) -> None:
-        for which, old in self._old.items():
-            signal.signal(which, old)
 
 
 class _Run:

@@ -1,0 +1,26 @@
+"""How a person, or the system, ends a run that would go on."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from typing import Any
+
+
+class Stop:
+    """Turns the first Ctrl-C or SIGTERM into a wish; the second interrupts as usual."""
+
+    def __enter__(self) -> Stop:
+        self.wanted = False
+        self._old = {s: signal.signal(s, self._wish) for s in (signal.SIGINT, signal.SIGTERM)}
+        return self
+
+    def _wish(self, number: int, frame: Any) -> None:
+        self.wanted = True
+        print("stopping after the report under way; Ctrl-C again ends at once", file=sys.stderr, flush=True)
+        for which, old in self._old.items():
+            signal.signal(which, old)
+
+    def __exit__(self, *_: object) -> None:
+        for which, old in self._old.items():
+            signal.signal(which, old)
