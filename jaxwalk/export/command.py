@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from jaxwalk.cli.export import ExportArgs
 
 _VECTORS = 64
-_WRITERS = {
+WRITERS = {
     "safetensors": ("policy.safetensors", tensors.to_safetensors),
     "npz": ("policy.npz", tensors.to_npz),
     "onnx": ("policy.onnx", onnx.to_onnx),
@@ -61,7 +61,7 @@ def write(
     Raises:
       UserError: a package of the extra ``export`` is missing, or the folder cannot be written.
     """
-    contents = {kind: _WRITERS[kind][1](trained, told) for kind in kinds}
+    contents = {kind: WRITERS[kind][1](trained, told) for kind in kinds}
     seen = observations(trained, _VECTORS)
     actions = np.asarray(jax.jit(policy.act)(policy.without_origin(trained), seen))
     low, high = (np.array([one[end] for one in told["action"]], np.float32) for end in ("low", "high"))
@@ -73,12 +73,12 @@ def write(
     if "c" in kinds:
         arrays = "\n".join(c.array(name, vectors[name]) for name in ("observations", "commands"))
         source = selftest.C_SOURCE.format(
-            header=_WRITERS["c"][0], count=_VECTORS, arrays=arrays, tolerance=selftest.TOLERANCE
+            header=WRITERS["c"][0], count=_VECTORS, arrays=arrays, tolerance=selftest.TOLERANCE
         )
         files.write_bytes(folder / selftest.C_TEST, source.encode())
     written = {}
     for kind, content in contents.items():
-        written[kind] = folder / _WRITERS[kind][0]
+        written[kind] = folder / WRITERS[kind][0]
         files.write_bytes(written[kind], content)
     return written
 
