@@ -44,6 +44,21 @@ def walked(config: Config, controller: Any, args: argparse.Namespace) -> dict[st
     }
 
 
+def in_jax(args: argparse.Namespace) -> dict[str, Any]:
+    """The same of the JAX controllers."""
+    asked = EvaluateArgs(
+        policy=args.policy, walkers=args.walkers, seconds=args.seconds, impulses=tuple(args.impulses),
+        phases=args.phases, replicas=args.replicas, engine="mujoco",
+    )  # fmt: skip
+    found = evaluate.evaluate(subjects.load(args.policy), asked)
+    survived = zip(args.impulses, found["pushes"]["survival"], strict=True)
+    return {
+        "never_fell": found["walking"]["survival"],
+        "speed": found["walking"]["speed_mean"],
+        "survival": {f"{impulse:+g}": float(np.mean(row)) for impulse, row in survived},
+    }
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--policy", default="shipped")
@@ -52,40 +67,28 @@ def main() -> None:
     parser.add_argument("--impulses", type=float, nargs="*", default=[-60.0, 60.0, 80.0])
     parser.add_argument("--phases", type=int, default=4)
     parser.add_argument("--replicas", type=int, default=4)
+    parser.add_argument("--step-seconds", type=float, default=0.446, help="that phases are shares of")
     parser.add_argument("--json", type=Path)
     args = parser.parse_args()
 
     trained, told = command.load(args.policy)
     config = config_io.from_dict(Config, json.loads(trained.metadata.config))
-    asked = EvaluateArgs(
-        policy=args.policy, walkers=args.walkers, seconds=args.seconds, impulses=tuple(args.impulses),
-        phases=args.phases, replicas=args.replicas, engine="mujoco",
-    )  # fmt: skip
-    in_jax = evaluate.evaluate(subjects.load(args.policy), asked)
-    walking, pushes = in_jax["walking"], in_jax["pushes"]
-    args.step_seconds = walking["step_duration_mean"]
-    rows = {
-        "jax": {
-            "never_fell": walking["survival"],
-            "speed": walking["speed_mean"],
-            "survival": {
-                f"{impulse:+g}": float(np.mean(row))
-                for impulse, row in zip(args.impulses, pushes["survival"], strict=True)
-            },
-        }
-    }
+    rows = {}
     with tempfile.TemporaryDirectory() as folder:
         written = command.write(trained, told, ("npz", "c"), Path(folder))
         library = c_runtime.build(written["c"], Path(folder))
         body = config.body.height, config.body.mass, config.gait.speed_desired
-        rows["numpy"] = walked(config, deploy.Controller.load(written["npz"]), args)
-        rows["c"] = walked(config, c_runtime.Controller(library, *body), args)
-    for name, row in rows.items():
-        print(name, json.dumps(row))
+        for name, controller in (
+            ("c", c_runtime.Controller(library, *body)),
+            ("numpy", deploy.Controller.load(written["npz"])),
+        ):
+            rows[name] = walked(config, controller, args)
+            print(name, json.dumps(rows[name]), flush=True)
+    rows["jax"] = in_jax(args)
+    print("jax", json.dumps(rows["jax"]))
     if args.json is not None:
-        about = {"policy": args.policy, "seconds": args.seconds, "walkers": args.walkers}
-        about |= {"phases": args.phases, "replicas": args.replicas}
-        files.write_json(args.json, about | {"controllers": rows} | runtime.hardware())
+        options = {name: value for name, value in vars(args).items() if name != "json"}
+        files.write_json(args.json, {"options": options, "controllers": rows, **runtime.hardware()})
 
 
 if __name__ == "__main__":
