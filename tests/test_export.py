@@ -149,3 +149,14 @@ def test_the_runtime_refuses_what_is_newer(exported, tmp_path):
     path.write_bytes(command.tensors.to_npz(trained, told | {"format_version": 99}))
     with pytest.raises(UserError, match="format 99"):
         deploy.load(path)
+
+
+def test_the_latency_table_has_every_format(capsys, tmp_path):
+    path = tmp_path / "latency.json"
+    argv = ["bench", "--deploy", "True", "--seconds", "0.01", "--json", str(path)]
+    assert cli.main(argv) == 0, capsys.readouterr().err
+    rows = json.loads(path.read_text())["formats"]
+    assert set(rows) == {"jax", *FORMATS}
+    assert all(row["decision_us"] > 0 for row in rows.values())
+    assert {kind for kind, row in rows.items() if row["tick_us"]} == {"safetensors", "npz", "c"}
+    assert {kind for kind, row in rows.items() if row["bytes"]} == set(FORMATS)

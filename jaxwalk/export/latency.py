@@ -95,7 +95,7 @@ def measure(args: BenchArgs, tell: Callable[[str], None] = lambda what: None) ->
                 "tick_us": microseconds(ticks[kind], args.seconds) if kind in ticks else None,
                 "bytes": written[kind].stat().st_size if kind in written else None,
             }
-    return {"formats": found, **results.stamp("bench", args, None, config)}
+    return {"formats": found, **results.stamp("bench-deploy", args, None, config)}
 
 
 def main(args: BenchArgs) -> None:
