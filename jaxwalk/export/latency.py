@@ -110,7 +110,7 @@ def main(args: BenchArgs) -> None:
     for heading in ("decision, us", "tick, us", "bytes"):
         table.add_column(heading, justify="right")
     for kind, row in result["formats"].items():
-        tick = "-" if row["tick_us"] is None else f"{row['tick_us']:,.1f}"
+        tick = "-" if row["tick_us"] is None else f"{row['tick_us']:,.2f}"
         size = "-" if row["bytes"] is None else f"{row['bytes']:,}"
-        table.add_row(kind, f"{row['decision_us']:,.1f}", tick, size)
+        table.add_row(kind, f"{row['decision_us']:,.2f}", tick, size)
     console.print(table)
