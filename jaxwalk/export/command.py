@@ -91,7 +91,9 @@ def main(args: ExportArgs) -> None:
     for kind, path in written.items():
         found = selftest.in_fresh_process(kind, path) if args.verify else None
         told_of = [f"{found[name]:.1e}" for name in ("actions", "commands")] if found else ["-", "-"]
-        table.add_row(kind, str(path), f"{path.stat().st_size:,}", *told_of)
+        table.add_row(kind, path.name, f"{path.stat().st_size:,}", *told_of)
     if args.verify:
         table.caption = "largest differences from JAX on the self-test vectors, each in a fresh process"
-    Console().print(table)
+    console = Console()
+    console.print(table)
+    console.print(f"files in {args.out}", highlight=False)
