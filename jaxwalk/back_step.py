@@ -16,12 +16,12 @@ from jaxwalk.gait import GaitState, Phase, step_length, swing_force, swing_phase
 from jaxwalk.kinematics import Skeleton, ankles
 from jaxwalk.sensors import Estimate
 
-_TORSO_SHARE = 0.678  # of the body's mass, Winter: how far the torso's lean moves the whole
+TORSO_SHARE = 0.678  # of the body's mass, Winter: how far the torso's lean moves the whole
 
 
 def capture_point(body: Skeleton, estimate: Estimate) -> Float[Array, ""]:
     """Where a foot would bring the body to rest, m ahead of the hip."""
-    lean = _TORSO_SHARE * body.torso * jnp.sin(estimate.pitch)
+    lean = TORSO_SHARE * body.torso * jnp.sin(estimate.pitch)
     return lean + estimate.speed * jnp.sqrt(body.leg / GRAVITY)
 
 

@@ -237,7 +237,9 @@ def _standing(states: Stepper) -> Stepper:
 
 def _sharded(function: Callable[..., Any], mesh: Mesh) -> Any:
     rows = PartitionSpec(AXIS)
-    mapped = jax.shard_map(jax.vmap(function), mesh=mesh, in_specs=rows, out_specs=rows, check_vma=False)
+    mapped = jax.shard_map(
+        partial(devices.each, function), mesh=mesh, in_specs=rows, out_specs=rows, check_vma=False
+    )
     return jax.jit(mapped)
 
 

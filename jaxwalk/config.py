@@ -223,7 +223,7 @@ class PushConfig:
 class DDPGConfig:
     """The learner. The preset ``paper`` holds Liu et al.'s values."""
 
-    hidden: tuple[int, ...] = (128, 128)
+    hidden: tuple[int, ...] = (64, 64)
     """Widths of the hidden layers of actor and critic (the paper's: 400 and 300)."""
     actor_lr: float = 2e-4
     """Learning rate of the actor."""

@@ -159,15 +159,14 @@ def save(policy: Policy, path: str | os.PathLike[str]) -> None:
       ValueError: a policy that ``load`` would refuse.
     """
     path = Path(path)
-    tensors = {name: np.asarray(x) for name, x in _tensors(policy).items()}
-    if problem := _problem(policy.metadata, tensors):
+    numbers = tensors(policy)
+    if problem := _problem(policy.metadata, numbers):
         raise ValueError(f"policy not saved: {problem}")
-    header = {_HEADER_KEY: json.dumps(dataclasses.asdict(policy.metadata), allow_nan=False)}
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
         try:
             with open(temporary, "wb") as file:
-                file.write(safetensors.numpy.save(tensors, header))
+                file.write(safetensors.numpy.save(numbers, header(policy)))
                 file.flush()
                 os.fsync(file.fileno())
             os.replace(temporary, path)
@@ -253,10 +252,16 @@ def _plain(value: Any, hint: Any) -> Any:
     return value
 
 
-def _tensors(policy: Policy) -> dict[str, Array]:
+def tensors(policy: Policy) -> dict[str, np.ndarray]:
     """The file's tensors by name, as in ``_shapes``."""
     actor = {f"actor/{layer}/{leaf}": x for layer, xs in policy.actor.items() for leaf, x in xs.items()}
-    return actor | {"observation/mean": policy.observation_mean, "observation/std": policy.observation_std}
+    seen = {"observation/mean": policy.observation_mean, "observation/std": policy.observation_std}
+    return {name: np.asarray(x) for name, x in (actor | seen).items()}
+
+
+def header(policy: Policy) -> dict[str, str]:
+    """The file's header: the metadata as JSON text."""
+    return {_HEADER_KEY: json.dumps(dataclasses.asdict(policy.metadata), allow_nan=False)}
 
 
 def _shapes(metadata: Metadata) -> dict[str, tuple[int, ...]]:

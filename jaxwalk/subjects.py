@@ -73,7 +73,7 @@ def load(
         config = _changed(seen, speed, height, mass, noise)
         rule = baselines.strong(baselines.RULES[name])
         return Subject(name, config, (rule, baselines.reference(config.gait)), baselines.act)
-    path = _file(name)
+    path = file(name)
     loaded = policy.load(path)
     try:
         trained = config_io.from_dict(Config, json.loads(loaded.metadata.config))
@@ -98,10 +98,11 @@ def origin(name: str) -> policy.Metadata | None:
     Raises:
       UserError: no such policy, or a damaged one.
     """
-    return None if name == FIXED or name in baselines.RULES else policy.load(_file(name)).metadata
+    return None if name == FIXED or name in baselines.RULES else policy.load(file(name)).metadata
 
 
-def _file(name: str) -> Path:
+def file(name: str) -> Path:
+    """Where the trained policy called ``name`` lies."""
     if name == SHIPPED:
         return resources.model_path("shipped.safetensors")
     path = Path(name)

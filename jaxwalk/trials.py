@@ -255,7 +255,8 @@ class Runner:
     Args:
       task: what is decided.
       act: the policy on one observation; ``run``'s ``params`` are passed to it.
-      batch: trials advanced together; rounded up to a multiple of the devices.
+      batch: trials advanced together; rounded up to whole blocks for each of the devices. On a CPU
+        trials are the same, bit for bit, in a batch of any size (not on another number of devices).
       mesh: of the devices; default all. ``params`` that live on devices must live on these.
 
     Attributes:
@@ -267,12 +268,17 @@ class Runner:
         mesh = devices.mesh() if mesh is None else mesh
         # A trial ends by falling or when it is over, never by an episode's time limit.
         self.task = task = dataclasses.replace(task, episode_ticks=pushes.NEVER)
-        self.batch = -(-batch // mesh.size) * mesh.size
+        whole = mesh.size * devices.granularity()
+        self.batch = -(-batch // whole) * whole
         self._window_seconds = task.setup.timestep * task.setup.window_ticks
-        self.begin = devices.spread(lambda n, s: jax.vmap(partial(begin, task, n))(s), mesh, (False, True))
+        self.begin = devices.spread(
+            lambda n, s: devices.each(partial(begin, task, n), s), mesh, (False, True)
+        )
         each = partial(advance, task, act)
         self.advance = devices.spread(
-            lambda p, f, w, t: jax.vmap(lambda one: each(p, f, w, one))(t), mesh, (False, False, False, True)
+            lambda p, f, w, t: devices.each(lambda one: each(p, f, w, one), t),
+            mesh,
+            (False, False, False, True),
         )
 
     def _segments(self, seconds: float) -> tuple[int, int]:

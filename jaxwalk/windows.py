@@ -14,7 +14,7 @@ import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
-from jaxwalk import pushes, stepper, walker
+from jaxwalk import devices, pushes, stepper, walker
 from jaxwalk.config import REFERENCE_HEIGHT, Config, GaitConfig
 from jaxwalk.errors import UserError
 from jaxwalk.stepper import Footsteps, Stepper, Task
@@ -86,14 +86,23 @@ def draw_push(config: Config, state: Stepper, key: PRNGKeyArray) -> pushes.Push:
     return pushes.of_impulse(impulse, begin, settings.duration, config.physics.timestep, height)
 
 
-def renew(config: Config, task: Task, state: Stepper, key: PRNGKeyArray) -> Stepper:
-    """Between windows: whoever is done starts anew, whoever's push is over gets the next."""
-    spawn_key, push_key = jax.random.split(key)
-    push = state.walker.push
-    over = state.walker.tick >= push.start + push.ticks
-    push = stepper.select(over, draw_push(config, state, push_key), push)
-    pushed = state.replace(walker=state.walker.replace(push=push))
-    return stepper.select(state.done, spawn(config, task, spawn_key), pushed)
+def renew(config: Config, task: Task, states: Stepper, key: PRNGKeyArray) -> Stepper:
+    """Between windows: of B walkers, whoever is done starts anew, whoever's push is over gets the next."""
+    keys = jax.random.split(key, (2, states.asked.shape[0]))
+
+    def pushed(state: Stepper, key: PRNGKeyArray) -> Stepper:
+        push = state.walker.push
+        over = state.walker.tick >= push.start + push.ticks
+        push = stepper.select(over, draw_push(config, state, key), push)
+        return state.replace(walker=state.walker.replace(push=push))
+
+    def anew(states: Stepper) -> Stepper:
+        fresh = jax.vmap(lambda key: spawn(config, task, key))(keys[1])
+        return jax.vmap(stepper.select)(states.done, fresh, states)
+
+    states = jax.vmap(pushed)(states, keys[0])
+    # In most windows nobody is done, and a start costs as much as a tick.
+    return jax.lax.cond(jnp.any(states.done), anew, lambda same: same, states)
 
 
 def run_ticks(task: Task, state: Stepper, ticks: int) -> Stepper:
@@ -116,8 +125,6 @@ def window(
     act_key, renew_key = jax.random.split(key)
     actions = act(states.observation, act_key)
     states = jax.vmap(stepper.decide)(states, actions)
-    states = jax.vmap(lambda s: run_ticks(task, s, config.train.window_ticks))(states)
+    states = devices.each(lambda s: run_ticks(task, s, config.train.window_ticks), states)
     brought = Window(states.last, states.terminated, states.truncated, states.broken)
-    keys = jax.random.split(renew_key, states.asked.shape[0])
-    states = jax.vmap(lambda s, k: renew(config, task, s, k))(states, keys)
-    return states, brought
+    return renew(config, task, states, renew_key), brought

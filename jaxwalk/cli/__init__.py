@@ -24,6 +24,7 @@ _COMMANDS = {
     "generalise": "other bodies, loads, floors, sensors and speeds, the policy frozen",
     "gait": "a gait report: joints, forces and powers over the stride, beside people's",
     "report": "all of a policy's results as one page that stands alone",
+    "export": "write a policy for other runtimes: safetensors, npz, ONNX, StableHLO, C",
     "render": "draw a policy's walk as mp4, gif or png",
     "bench": "measure the speed of the simulation and of training",
 }

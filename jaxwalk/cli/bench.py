@@ -12,14 +12,18 @@ from jaxwalk.cli.parse import OptionalFile, parse
 
 @dataclass(frozen=True)
 class BenchArgs:
-    """Time bare mjx.step, the whole tick, the push map and the training loop, on one model and one batch."""
+    """Time bare mjx.step, the whole tick, the push map and the training loop; or a deployed policy."""
 
     walkers: int = 256
     """Walkers side by side, in all four."""
     seconds: float = 10.0
-    """How long each of the four is timed once compiled, s."""
+    """How long each of the four is timed once compiled, s; with --deploy True, each format."""
     seed: int = 0
     """Seed of everything that is drawn at random."""
+    deploy: bool = False
+    """Time one decision and one tick of an exported policy instead, in every format."""
+    policy: str = "shipped"
+    """The policy that --deploy True exports: a run folder, a policy file or shipped."""
     json: OptionalFile = None
     """File for the results, replaced if there. Default: a table on the screen only."""
 
@@ -30,6 +34,7 @@ class BenchArgs:
         checks.whole("--walkers", self.walkers)
         checks.positive("--seconds", self.seconds, "seconds")
         checks.seed(self.seed)
+        checks.policy(self.policy)
         if self.json is not None:
             files.check_output("--json", self.json)
 
@@ -41,6 +46,11 @@ def run(argv: Sequence[str]) -> None:
     from jaxwalk import runtime
 
     runtime.setup()
+    if args.deploy:
+        from jaxwalk.export import latency
+
+        latency.main(args)
+        return
     from jaxwalk import bench
 
     bench.main(args)

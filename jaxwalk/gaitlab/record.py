@@ -82,7 +82,7 @@ def record(
     each = partial(rollout.segment, task, subject.act, windows, tick)
     begin = devices.spread(lambda one: jax.vmap(partial(_begin, task, subject))(one), mesh, (True,))
     advance = devices.spread(
-        lambda params, states: jax.vmap(partial(each, params))(states), mesh, (False, True)
+        lambda params, states: devices.each(partial(each, params), states), mesh, (False, True)
     )
     segment = windows * setup.window_ticks
     segments, settle = int(np.ceil(seconds - 1e-9)), round(SETTLE_SECONDS / setup.timestep)

@@ -1,0 +1,154 @@
+"""The whole step controller of one walker: sensors in, joint commands out, once a tick."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+
+import numpy as np
+
+from jaxwalk.deploy import back_step, controllers, footstep, gait, kinematics, person, policy, sensors
+from jaxwalk.deploy.gait import Clock
+from jaxwalk.deploy.kinematics import Posture
+from jaxwalk.deploy.policy import Policy
+from jaxwalk.deploy.sensors import Estimate, Filter, Sensors
+from jaxwalk.errors import UserError
+
+
+class Controller:
+    """A policy, the controllers around it, and where in its step its walker is.
+
+    Call `start` when a foot has just landed ahead of the other, then `tick` every ``timestep`` seconds.
+    The policy is asked at each touch-down, within the tick.
+
+    Args:
+      policy: exported.
+      height, mass: of the walker, m, kg; default: those that the policy was trained around.
+      speed: forward speed to aim at, m/s; default: as trained.
+
+    Attributes:
+      timestep: s between ticks.
+      touchdown: a foot landed in the last tick; ``action`` is then fresh.
+      observation: [O] what the policy was told last. action: [2] its answer, in [-1, 1].
+      clock: where in the step the walker is.
+      estimate: what the filters made of the last sensors.
+
+    Raises:
+      UserError: a stature, a mass or a speed out of range.
+    """
+
+    def __init__(
+        self,
+        policy: Policy,
+        height: float | None = None,
+        mass: float | None = None,
+        speed: float | None = None,
+    ) -> None:
+        self.policy = policy
+        self.person = person.build(policy.manifest, height, mass)
+        if speed is not None:
+            if not 0.1 <= speed <= 3.0:
+                raise UserError(f"speed {speed} m/s: give 0.1 to 3 m/s")
+            numbers = dataclasses.replace(self.person.gait, speed_desired=np.float32(speed))
+            self.person = dataclasses.replace(self.person, gait=numbers)
+        self.timestep: float = policy.manifest["timestep"]
+        self._dt = np.float32(self.timestep)
+        self._gravity = np.float32(policy.manifest["gravity"])
+        self._names = tuple(one["name"] for one in policy.manifest["observation"])
+        self._filter: Filter | None = None
+        self.clock: Clock
+        self.estimate: Estimate
+        self.touchdown = False
+        self.observation = np.zeros(len(policy.mean), np.float32)
+        self.action = np.zeros(len(policy.low), np.float32)
+
+    @classmethod
+    def load(
+        cls,
+        path: str | os.PathLike[str],
+        height: float | None = None,
+        mass: float | None = None,
+        speed: float | None = None,
+    ) -> Controller:
+        """The controller of an exported .safetensors or .npz file.
+
+        Raises:
+          UserError: a bad file, or a value out of range.
+        """
+        return cls(policy.load(path), height, mass, speed)
+
+    def start(self, said: Sensors, stance: int) -> np.ndarray:
+        """Begin, or begin again: the foot ``stance`` (0 left, 1 right) has just landed ahead of the other.
+
+        Returns:
+          The command, as of `tick`.
+        """
+        if stance not in (0, 1):
+            raise UserError(f"stance {stance!r}: give 0 (left) or 1 (right)")
+        speed, numbers = np.float32(said.velocity), self.person.gait
+        self._filter = sensors.start(self.policy.manifest, speed)
+        self.estimate = sensors.told(said, self._filter.filtered)
+        posture = self._posture()
+        torque, seconds = controllers.toe_off(self.person, posture, self.estimate, 1 - stance)
+        fresh = Clock(
+            stance, np.float32(0), numbers.length_nominal, numbers.duration_nominal, torque, seconds
+        )
+        self.clock = fresh
+        self._decide(posture, -gait.step_length(posture, fresh))
+        return self._command(posture)
+
+    def tick(self, said: Sensors) -> np.ndarray:
+        """One tick: what the instruments say now, to what the joints are to do until the next.
+
+        Returns:
+          [6] hip rate (rad/s), knee angle (rad), ankle torque (N m, dorsiflexion positive); left, right.
+
+        Raises:
+          RuntimeError: not started.
+        """
+        if self._filter is None:
+            raise RuntimeError("Controller.tick before Controller.start")
+        who = self.person
+        self._filter, self.estimate = sensors.step(self._filter, said)
+        posture, estimate = self._posture(), self.estimate
+        clock = dataclasses.replace(self.clock, elapsed=self.clock.elapsed + self._dt)
+        self.touchdown = gait.touched_down(who.gait, posture, clock, estimate) or back_step.touched_down(
+            who, self._gravity, posture, clock, estimate
+        )
+        # At a touch-down the legs swap: the one that was in stance trails and pushes off.
+        trailing = clock.stance if self.touchdown else clock.swing
+        torque, seconds = controllers.toe_off(who, posture, estimate, trailing)
+        if self.touchdown:
+            length = gait.step_length(posture, clock)
+            self.clock = dataclasses.replace(
+                clock, stance=clock.swing, elapsed=np.float32(0), toe_off=torque, toe_off_seconds=seconds
+            )
+            self._decide(posture, length)
+        else:
+            self.clock = gait.pressed(who.gait, clock, torque, seconds)
+        return self._command(posture)
+
+    @property
+    def fallen(self) -> bool:
+        """As far as the sensors tell: torso too far over, hip too low over the feet, or a stalled step."""
+        numbers = self.person.gait
+        height = self.person.foot - self._posture().z.min()
+        return bool(
+            abs(self.estimate.pitch) > numbers.fall_pitch
+            or height < numbers.fall_height * self.person.leg
+            or self.clock.elapsed > numbers.stall_seconds
+        )
+
+    def _posture(self) -> Posture:
+        return kinematics.posture(self.person, self.estimate.joints, self.estimate.pitch)
+
+    def _decide(self, posture: Posture, length: np.float32) -> None:
+        self.observation = footstep.observe(
+            self._names, self.person, self._gravity, posture, self.estimate, self.clock.stance, length
+        )
+        self.action = self.policy.act(self.observation)
+        step, duration = footstep.to_command(self.person, self.action)
+        self.clock = dataclasses.replace(self.clock, length=step, duration=duration)
+
+    def _command(self, posture: Posture) -> np.ndarray:
+        return controllers.command(self.person, self._gravity, posture, self.clock, self.estimate)

@@ -1,0 +1,50 @@
+"""What the policy is told at a touch-down, and what its answer means on this walker's body."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from jaxwalk.deploy import sensors
+from jaxwalk.deploy.kinematics import Posture
+from jaxwalk.deploy.person import Person
+from jaxwalk.deploy.sensors import Estimate
+
+
+def observe(
+    names: tuple[str, ...],
+    who: Person,
+    gravity: np.float32,
+    posture: Posture,
+    estimate: Estimate,
+    stance: int,
+    length: np.float32,
+) -> np.ndarray:
+    """[O] sensor values, scaled to the reference body (m, s, rad).
+
+    Args:
+      names: of the observables, in order.
+      stance: the leg that has just landed.
+      length: of the step that just ended, m.
+    """
+    known = {
+        "speed": lambda: estimate.speed / who.speed,
+        "pitch": lambda: estimate.pitch,
+        "zmp": lambda: sensors.zmp_distance(who, gravity, posture, estimate, stance) / who.length,
+        "step_length": lambda: length / who.length,
+        "pitch_rate": lambda: estimate.pitch_rate / who.rate,
+        "acceleration": lambda: estimate.acceleration,
+        "speed_desired": lambda: who.gait.speed_desired / who.speed,
+        "height": lambda: who.length,
+        "com_ahead": lambda: sensors.com_ahead(who, posture, estimate, stance)[0] / who.length,
+    }
+    return np.array([known[name]() for name in names], np.float32)
+
+
+def to_command(who: Person, action: np.ndarray) -> tuple[np.float32, np.float32]:
+    """From an action [2] in [-1, 1] to (length m, duration s)."""
+    numbers = who.gait
+    share = np.float32(0.5) * (np.clip(action, -1, 1) + np.float32(1))
+    return (
+        numbers.length_min + share[0] * (numbers.length_max - numbers.length_min),
+        numbers.duration_min + share[1] * (numbers.duration_max - numbers.duration_min),
+    )

@@ -1,0 +1,88 @@
+"""Who walks: the exported numbers, which are the reference body's, carried to a stature and a mass."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from jaxwalk.config import GaitConfig
+from jaxwalk.errors import UserError
+
+
+@dataclass(frozen=True)
+class Person:
+    """One walker's own numbers, float32.
+
+    Attributes:
+      length, mass: ratios to the reference body.
+      gait: the controllers' numbers.
+      thigh, shank, foot, torso: hip to knee, knee to ankle, ankle to sole, hip to the torso's centre, m.
+      torso_share: of the mass of the body that the torso's lean moves.
+      torso_inertia: about the hip, kg m^2. half_leg: mass of each half of a leg, kg.
+      ankle_damping: N m s/rad. ankle_limit: largest torque, N m.
+    """
+
+    length: np.float32
+    mass: np.float32
+    gait: GaitConfig
+    thigh: np.float32
+    shank: np.float32
+    foot: np.float32
+    torso: np.float32
+    torso_share: np.float32
+    torso_inertia: np.float32
+    half_leg: np.float32
+    ankle_damping: np.float32
+    ankle_limit: np.float32
+
+    @property
+    def leg(self) -> np.float32:
+        """Hip height of a straight leg, L."""
+        return self.thigh + self.shank + self.foot
+
+    @property
+    def speed(self) -> np.float32:
+        """Ratio of speeds."""
+        return np.sqrt(self.length)
+
+    @property
+    def rate(self) -> np.float32:
+        """Ratio of angular velocities."""
+        return np.float32(1) / np.sqrt(self.length)
+
+
+def build(manifest: dict[str, Any], height: float | None = None, mass: float | None = None) -> Person:
+    """The walker of ``height`` m and ``mass`` kg; by default the one the policy was trained around.
+
+    Raises:
+      UserError: a stature or a mass out of range, or a manifest that lacks a number.
+    """
+    height = float(manifest["person"]["height"] if height is None else height)
+    mass = float(manifest["person"]["mass"] if mass is None else mass)
+    if not 0.5 <= height <= 3.0:
+        raise UserError(f"height {height} m: give a stature between 0.5 and 3 m")
+    if not 5.0 <= mass <= 500.0:
+        raise UserError(f"mass {mass} kg: give a mass between 5 and 500 kg")
+    reference = manifest["reference"]
+    length = np.float32(height) / np.float32(reference["height"])
+    heavy = np.float32(mass) / np.float32(reference["mass"])
+
+    def scaled(one: dict[str, Any]) -> np.float32:
+        return (
+            np.float32(one["value"]) * length ** np.float32(one["length"]) * heavy ** np.float32(one["mass"])
+        )
+
+    try:
+        switches = manifest["switches"]
+        own = {name: scaled(manifest["numbers"][name]) for name in _BODY}
+        names = [f.name for f in dataclasses.fields(GaitConfig) if f.name not in switches]
+        gait = GaitConfig(**{name: scaled(manifest["numbers"][name]) for name in names}, **switches)
+    except KeyError as missing:
+        raise UserError(f"the policy's export lacks {missing}: export it anew with this version") from None
+    return Person(length=length, mass=heavy, gait=gait, **own)
+
+
+_BODY = tuple(f.name for f in dataclasses.fields(Person) if f.name not in ("length", "mass", "gait"))

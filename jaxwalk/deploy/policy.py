@@ -1,0 +1,82 @@
+"""The policy: raw observation to action, as `jaxwalk.policy.act` computes it."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from jaxwalk.deploy import file
+from jaxwalk.errors import UserError
+
+
+@dataclass(frozen=True)
+class Policy:
+    """Raw observation [O] to action [A] in [-1, 1].
+
+    Attributes:
+      manifest: names, units, bounds, and every number of the controllers around it.
+      layers: (kernel [in, out], bias [out]) of each, float32.
+      mean, std: [O] of the observation. clip: largest normalised one; None: no limit.
+      low, high: [A] what actions -1 and 1 stand for on the reference body, m and s.
+    """
+
+    manifest: dict[str, Any]
+    layers: tuple[tuple[np.ndarray, np.ndarray], ...]
+    mean: np.ndarray
+    std: np.ndarray
+    clip: float | None
+    low: np.ndarray
+    high: np.ndarray
+
+    def act(self, observation: np.ndarray) -> np.ndarray:
+        """[..., O] raw observations to [..., A] actions in [-1, 1]."""
+        x = (np.asarray(observation, np.float32) - self.mean) / self.std
+        if self.clip is not None:
+            x = np.clip(x, -self.clip, self.clip)
+        *hidden, (kernel, bias) = self.layers
+        for weights, offset in hidden:
+            x = np.maximum(x @ weights + offset, np.float32(0))
+        return np.tanh(x @ kernel + bias)
+
+    def command(self, action: np.ndarray) -> np.ndarray:
+        """[..., A] actions to (length m, duration s) of the reference body."""
+        return self.low + np.float32(0.5) * (np.clip(action, -1, 1) + np.float32(1)) * (self.high - self.low)
+
+
+def load(path: str | os.PathLike[str]) -> Policy:
+    """The policy of an exported .safetensors or .npz file.
+
+    Raises:
+      UserError: no such file, or not one that ``jaxwalk export`` wrote.
+    """
+    manifest, tensors = file.read(path)
+    try:
+        policy = _decode(manifest, tensors)
+    except (KeyError, TypeError, ValueError):
+        raise UserError(f"policy {path}: its parts do not fit together; export it anew") from None
+    sizes = [len(policy.mean), *(bias.shape[0] for _, bias in policy.layers)]
+    fits = all(
+        kernel.shape == (a, b) for (kernel, _), a, b in zip(policy.layers, sizes[:-1], sizes[1:], strict=True)
+    )
+    arrays = [policy.mean, policy.std, *(x for layer in policy.layers for x in layer)]
+    sound = all(x.dtype == np.float32 and np.isfinite(x).all() for x in arrays) and (policy.std > 0).all()
+    if not (fits and sound and policy.std.shape == policy.mean.shape and sizes[-1] == len(policy.low)):
+        raise UserError(f"policy {path}: its tensors are damaged; export it anew")
+    return policy
+
+
+def _decode(manifest: dict[str, Any], tensors: dict[str, np.ndarray]) -> Policy:
+    names = [*(f"hidden_{i}" for i in range(len(manifest["hidden"]))), "output"]
+    bounds = np.array([[one["low"], one["high"]] for one in manifest["action"]], np.float32)
+    return Policy(
+        manifest=manifest,
+        layers=tuple((tensors[f"actor/{name}/kernel"], tensors[f"actor/{name}/bias"]) for name in names),
+        mean=tensors["observation/mean"],
+        std=tensors["observation/std"],
+        clip=manifest["observation_clip"],
+        low=bounds[:, 0],
+        high=bounds[:, 1],
+    )

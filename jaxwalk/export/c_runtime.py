@@ -1,0 +1,143 @@
+"""The C header's controller, compiled and called from Python: to test it, to time it, to close its loop."""
+
+from __future__ import annotations
+
+import ctypes
+from pathlib import Path
+
+import numpy as np
+
+from jaxwalk.deploy import Sensors
+from jaxwalk.export import selftest
+
+_SHIM = """\
+#include <stddef.h>
+#include <time.h>
+
+#include "{header}"
+
+size_t shim_size(void);
+int shim_init(void *w, float height, float mass, float speed);
+void shim_start(void *w, const float *said, int stance, float *joints);
+void shim_tick(void *w, const float *said, float *joints);
+int shim_touchdown(const void *w);
+int shim_fallen(const void *w);
+void shim_told(const void *w, float *observation);
+double shim_time_act(const float *observations, int count);
+double shim_time_ticks(void *w, const float *said, int count);
+
+size_t shim_size(void) {{ return sizeof(struct jaxwalk); }}
+int shim_init(void *w, float height, float mass, float speed) {{
+    return jaxwalk_init(w, height, mass, speed);
+}}
+void shim_start(void *w, const float *said, int stance, float *joints) {{
+    jaxwalk_start(w, (const struct jaxwalk_sensors *)said, stance, joints);
+}}
+void shim_tick(void *w, const float *said, float *joints) {{
+    jaxwalk_tick(w, (const struct jaxwalk_sensors *)said, joints);
+}}
+int shim_touchdown(const void *w) {{ return ((const struct jaxwalk *)w)->touchdown; }}
+int shim_fallen(const void *w) {{ return jaxwalk_fallen(w); }}
+void shim_told(const void *w, float *observation) {{
+    const float *told = ((const struct jaxwalk *)w)->observation;
+    for (int i = 0; i < JAXWALK_OBSERVATIONS; ++i) observation[i] = told[i];
+}}
+
+/* Seconds for `count` decisions, and for `count` ticks. */
+double shim_time_act(const float *observations, int count) {{
+    float action[JAXWALK_ACTIONS];
+    volatile float kept = 0.0f;
+    const clock_t begun = clock();
+    for (int i = 0; i < count; ++i) {{
+        jaxwalk_act(observations + i * JAXWALK_OBSERVATIONS, action);
+        kept = kept + action[0];
+    }}
+    return (double)(clock() - begun) / CLOCKS_PER_SEC;
+}}
+double shim_time_ticks(void *w, const float *said, int count) {{
+    float joints[6];
+    volatile float kept = 0.0f;
+    const clock_t begun = clock();
+    for (int i = 0; i < count; ++i) {{
+        jaxwalk_tick(w, (const struct jaxwalk_sensors *)(said + 18 * i), joints);
+        kept = kept + joints[0];
+    }}
+    return (double)(clock() - begun) / CLOCKS_PER_SEC;
+}}
+"""
+
+
+def flat(said: Sensors) -> np.ndarray:
+    """[18] in the order of `manifest.SENSORS`, which is the C structure's."""
+    first = [said.velocity, said.acceleration, said.pitch, said.pitch_rate]
+    parts = [first, np.ravel(said.joints), np.ravel(said.joint_rates), said.touch]
+    return np.concatenate(parts).astype(np.float32)
+
+
+def build(header: Path, folder: Path) -> ctypes.CDLL:
+    """The header as a library, in ``folder``.
+
+    Raises:
+      UserError: no C compiler.
+    """
+    source = folder / "shim.c"
+    source.write_text(_SHIM.format(header=header.resolve()))
+    library = selftest.compile_c(source, folder / "shim.so", "-shared", "-fPIC")
+    loaded = ctypes.CDLL(str(library))
+    loaded.shim_size.restype = ctypes.c_size_t
+    loaded.shim_init.argtypes = [ctypes.c_void_p, *[ctypes.c_float] * 3]
+    loaded.shim_time_act.restype = loaded.shim_time_ticks.restype = ctypes.c_double
+    return loaded
+
+
+class Controller:
+    """As `jaxwalk.deploy.Controller`, by the library.
+
+    Attributes:
+      touchdown: a foot landed in the last tick.
+    """
+
+    def __init__(self, library: ctypes.CDLL, height: float, mass: float, speed: float) -> None:
+        self._library = library
+        self._walker = ctypes.create_string_buffer(library.shim_size())
+        self._joints = np.zeros(6, np.float32)
+        self.refused = library.shim_init(self._walker, height, mass, speed) != 0
+
+    def start(self, said: Sensors, stance: int) -> np.ndarray:
+        told = flat(said)
+        self._library.shim_start(self._walker, _pointer(told), stance, _pointer(self._joints))
+        return self._joints.copy()
+
+    def tick(self, said: Sensors) -> np.ndarray:
+        told = flat(said)
+        self._library.shim_tick(self._walker, _pointer(told), _pointer(self._joints))
+        return self._joints.copy()
+
+    @property
+    def touchdown(self) -> bool:
+        return bool(self._library.shim_touchdown(self._walker))
+
+    @property
+    def fallen(self) -> bool:
+        return bool(self._library.shim_fallen(self._walker))
+
+    def observation(self, size: int) -> np.ndarray:
+        """[size] what the policy was told last."""
+        told = np.zeros(size, np.float32)
+        self._library.shim_told(self._walker, _pointer(told))
+        return told
+
+    def time_ticks(self, said: list[Sensors]) -> float:
+        """Seconds for one tick, over the ticks of ``said``."""
+        told = np.stack([flat(one) for one in said])
+        return self._library.shim_time_ticks(self._walker, _pointer(told), len(told)) / len(told)
+
+
+def time_act(library: ctypes.CDLL, observations: np.ndarray) -> float:
+    """Seconds for one decision, over [N, O] observations."""
+    told = np.ascontiguousarray(observations, np.float32)
+    return library.shim_time_act(_pointer(told), len(told)) / len(told)
+
+
+def _pointer(values: np.ndarray) -> ctypes.c_void_p:
+    return ctypes.c_void_p(values.ctypes.data)

@@ -1,0 +1,99 @@
+"""``jaxwalk export``: a trained policy in the formats asked for, with its self-test."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import jax
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from jaxwalk import config_io, files, policy, subjects
+from jaxwalk.config import Config
+from jaxwalk.errors import UserError
+from jaxwalk.export import c, manifest, onnx, selftest, stablehlo, tensors
+
+if TYPE_CHECKING:
+    from jaxwalk.cli.export import ExportArgs
+
+_VECTORS = 64
+WRITERS = {
+    "safetensors": ("policy.safetensors", tensors.to_safetensors),
+    "npz": ("policy.npz", tensors.to_npz),
+    "onnx": ("policy.onnx", onnx.to_onnx),
+    "stablehlo": ("policy.stablehlo", stablehlo.to_stablehlo),
+    "c": ("policy.h", c.header),
+}
+
+
+def load(name: str) -> tuple[policy.Policy, dict[str, Any]]:
+    """The trained policy called ``name`` and its manifest.
+
+    Raises:
+      UserError: a rule that nobody trained, no such policy, or a damaged one.
+    """
+    subjects.load(name)  # which sees that it fits its configuration
+    if subjects.origin(name) is None:
+        raise UserError(
+            f"policy {name!r} is a rule, not trained: give a run folder, a policy file or shipped"
+        )
+    trained = policy.load(subjects.file(name))
+    config = config_io.from_dict(Config, json.loads(trained.metadata.config))
+    return trained, manifest.build(trained, config)
+
+
+def observations(trained: policy.Policy, count: int) -> np.ndarray:
+    """[count, O] random observations, spread as those that the policy was trained on; always the same."""
+    size = len(trained.metadata.observation_names)
+    drawn = np.random.default_rng(0).standard_normal((count, size))
+    spread = np.asarray(trained.observation_std) * drawn
+    return (np.asarray(trained.observation_mean) + spread).astype(np.float32)
+
+
+def write(
+    trained: policy.Policy, told: dict[str, Any], kinds: tuple[str, ...], folder: Path
+) -> dict[str, Path]:
+    """The files by format, with ``selftest.json`` (and ``selftest.c`` for C) beside them.
+
+    Raises:
+      UserError: a package of the extra ``export`` is missing, or the folder cannot be written.
+    """
+    contents = {kind: WRITERS[kind][1](trained, told) for kind in kinds}
+    seen = observations(trained, _VECTORS)
+    actions = np.asarray(jax.jit(policy.act)(policy.without_origin(trained), seen))
+    low, high = (np.array([one[end] for one in told["action"]], np.float32) for end in ("low", "high"))
+    commands = low + np.float32(0.5) * (actions + np.float32(1)) * (high - low)
+    files.make_folder("--out", folder)
+    vectors = {"observations": seen, "actions": actions, "commands": commands}
+    about = {key: told[key] for key in ("jaxwalk_version", "observation", "action")}
+    files.write_json(folder / selftest.VECTORS, about | {"tolerance": selftest.TOLERANCE} | vectors)
+    if "c" in kinds:
+        arrays = "\n".join(c.array(name, vectors[name]) for name in ("observations", "commands"))
+        source = selftest.C_SOURCE.format(
+            header=WRITERS["c"][0], count=_VECTORS, arrays=arrays, tolerance=selftest.TOLERANCE
+        )
+        files.write_bytes(folder / selftest.C_TEST, source.encode())
+    written = {}
+    for kind, content in contents.items():
+        written[kind] = folder / WRITERS[kind][0]
+        files.write_bytes(written[kind], content)
+    return written
+
+
+def main(args: ExportArgs) -> None:
+    """The command."""
+    trained, told = load(args.policy)
+    written = write(trained, told, args.format, args.out)
+    table = Table("format", "file", "bytes", "actions", "commands, m or s", title=f"{args.policy}, exported")
+    for kind, path in written.items():
+        found = selftest.in_fresh_process(kind, path) if args.verify else None
+        told_of = [f"{found[name]:.1e}" for name in ("actions", "commands")] if found else ["-", "-"]
+        table.add_row(kind, path.name, f"{path.stat().st_size:,}", *told_of)
+    if args.verify:
+        table.caption = "largest differences from JAX on the self-test vectors, each in a fresh process"
+    console = Console()
+    console.print(table)
+    console.print(f"files in {args.out}", highlight=False)

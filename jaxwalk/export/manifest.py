@@ -1,0 +1,134 @@
+"""What an exported policy carries inside: names, units, bounds, version, and the controllers' numbers.
+
+Plain JSON values. Every number of the controllers is that of the reference body and says how it goes with
+stature and mass, so that a runtime needs no table of its own.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import jax.numpy as jnp
+
+from jaxwalk import __version__, back_step, body, gait, kinematics, policy, sensors, walker
+from jaxwalk.config import GRAVITY, REFERENCE_HEIGHT, REFERENCE_MASS, BodyConfig, Config
+from jaxwalk.deploy.file import FORMAT_VERSION
+from jaxwalk.similarity import Similarity
+
+SWITCHES = ("toe_off_form", "toe_off_latched", "back_step")
+"""Fields of `GaitConfig` that are no numbers."""
+
+OBSERVATION_UNITS = {
+    "speed": "m/s", "pitch": "rad", "zmp": "m", "step_length": "m", "pitch_rate": "rad/s",
+    "acceleration": "m/s^2", "speed_desired": "m/s", "height": "1", "com_ahead": "m",
+}  # fmt: skip
+ACTION_UNITS = {"length": "m", "duration": "s"}
+
+_UNITS = {
+    "m": "length_nominal length_min length_max back_step_margin back_step_reach back_step_least "
+    "touchdown_ahead thigh shank foot torso",
+    "s": "duration_nominal duration_min duration_max toe_off_duration toe_off_duration_min "
+    "toe_off_duration_max restart_seconds stall_seconds",
+    "m/s": "speed_desired stance_speed_min toe_off_speed",
+    "rad": "pitch_nominal swing_knee swing_ankle toe_off_ankle back_step_knee back_step_near fall_pitch",
+    "rad/s": "stance_rate_max swing_rate_max",
+    "1/s": "terminal_hip_gain",
+    "N": "back_step_force touchdown_force",
+    "N m": "toe_off_full restart_torque ankle_limit",
+    "N m/rad": "ankle_stiffness",
+    "N m s/rad": "ankle_rate_gain ankle_damping",
+    "N m s/m": "toe_off_gain",
+    "kg": "half_leg",
+    "kg m^2": "torso_inertia",
+    "1": "swing_pitch_gain swing_knee_share touchdown_share fall_height torso_share",
+}
+UNITS = {name: unit for unit, names in _UNITS.items() for name in names.split()}
+
+_JOINTS = [f"{joint}_{side}" for side in ("left", "right") for joint in ("hip", "knee", "ankle")]
+SENSORS = (
+    [("velocity", "m/s"), ("acceleration", "m/s^2"), ("pitch", "rad"), ("pitch_rate", "rad/s")]
+    + [(f"{joint}_angle", "rad") for joint in _JOINTS]
+    + [(f"{joint}_rate", "rad/s") for joint in _JOINTS]
+    + [("touch_left", "N"), ("touch_right", "N")]
+)
+"""What a tick takes, in this order."""
+COMMANDS = [
+    (f"{what}_{side}", unit)
+    for side in ("left", "right")
+    for what, unit in (("hip_rate", "rad/s"), ("knee_angle", "rad"), ("ankle_torque", "N m"))
+]
+"""What a tick gives, in this order."""
+
+
+def build(trained: policy.Policy, config: Config) -> dict[str, Any]:
+    """The manifest of ``trained``, whose run's configuration is ``config``."""
+    meta = trained.metadata
+    gain = sensors.kalman_gain(config.sensors, config.physics.timestep)
+    bounds = zip(meta.action_names, meta.action_low, meta.action_high, strict=True)
+    return {
+        "format_version": FORMAT_VERSION,
+        "jaxwalk_version": __version__,
+        "origin": {"seed": meta.seed, "footsteps": meta.footsteps, "score": meta.score},
+        "observation": [{"name": name, "unit": OBSERVATION_UNITS[name]} for name in meta.observation_names],
+        "observation_clip": meta.observation_clip,
+        "action": [
+            {"name": name, "unit": ACTION_UNITS[name], "low": low, "high": high} for name, low, high in bounds
+        ],
+        "hidden": list(meta.hidden),
+        "reference": {"height": REFERENCE_HEIGHT, "mass": REFERENCE_MASS},
+        "person": {"height": config.body.height, "mass": config.body.mass},
+        "timestep": config.physics.timestep,
+        "gravity": GRAVITY,
+        "sensors": {"mean_window": config.sensors.mean_window, "kalman_gain": gain.tolist()},
+        "switches": {name: getattr(config.gait, name) for name in SWITCHES},
+        "numbers": {name: number | {"unit": UNITS[name]} for name, number in _numbers(config)},
+        "sensor_inputs": [{"name": name, "unit": unit} for name, unit in SENSORS],
+        "commands": [{"name": name, "unit": unit} for name, unit in COMMANDS],
+    }
+
+
+def text(manifest: dict[str, Any]) -> str:
+    return json.dumps(manifest, allow_nan=False)
+
+
+def _numbers(config: Config) -> Iterator[tuple[str, dict[str, float]]]:
+    names = [f.name for f in dataclasses.fields(config.gait) if f.name not in SWITCHES]
+    # Numbers of 1 in their place, since what is 0 would not tell how it scales.
+    ones = dataclasses.replace(config.gait, **dict.fromkeys(names, 1.0))
+    for name in names:
+        yield name, _number(lambda r, n=name: getattr(gait.scaled(ones, r), n), getattr(config.gait, name))
+
+    reference = body.build(BodyConfig(table=config.body.table))
+    setup = walker.Setup.of(config)
+    for name in ("thigh", "shank", "foot", "torso"):
+        yield name, _number(lambda r, n=name: getattr(kinematics.skeleton(reference, r.length), n))
+    inertias = {"torso_inertia": "torso", "half_leg": "leg_mass", "ankle_damping": "damping"}
+    for name, field in inertias.items():
+        yield (
+            name,
+            _number(lambda r, f=field: getattr(walker.inertias(setup, walker.Person(r, config.gait)), f)),
+        )
+    yield "ankle_limit", _number(lambda r: config.physics.ankle_limit * r.torque)
+    yield "torso_share", _number(lambda r: back_step.TORSO_SHARE)
+
+
+def _number(of: Callable[[Similarity], Any], value: float | None = None) -> dict[str, float]:
+    """A number, and the powers of stature and mass that it goes with, found by doubling each."""
+
+    def at(length: float, mass: float) -> float:
+        return float(of(Similarity(jnp.float32(length), jnp.float32(mass))))
+
+    here = at(1.0, 1.0)
+
+    def power(there: float) -> float:
+        return round(2 * math.log2(there / here)) / 2 if here else 0.0
+
+    return {
+        "value": here if value is None else value,
+        "length": power(at(2.0, 1.0)),
+        "mass": power(at(1.0, 2.0)),
+    }

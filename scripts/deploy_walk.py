@@ -1,0 +1,95 @@
+"""The deployed controllers on the walker in C MuJoCo, beside the JAX controllers on the same plant.
+
+NumPy's and C's close the loop of `jaxwalk.export.closed_loop`; JAX's walk in ``jaxwalk evaluate --engine
+mujoco``. All walk undisturbed, then meet the same pushes at the same phases of the step.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jaxwalk import runtime
+
+runtime.setup()
+
+from jaxwalk import config_io, deploy, evaluate, files, subjects  # noqa: E402
+from jaxwalk.cli.evaluate import EvaluateArgs  # noqa: E402
+from jaxwalk.config import Config  # noqa: E402
+from jaxwalk.export import c_runtime, closed_loop, command  # noqa: E402
+
+
+def walked(config: Config, controller: Any, args: argparse.Namespace) -> dict[str, Any]:
+    """Survival and speed undisturbed, and survival by impulse."""
+    calm = [closed_loop.walk(config, controller, args.seconds, seed) for seed in range(args.walkers)]
+    survival = {}
+    for impulse in args.impulses:
+        phases = np.arange(args.phases) / args.phases
+        delays = [args.step_seconds * phase for phase in phases for _ in range(args.replicas)]
+        pushed = [
+            closed_loop.walk(config, controller, 13.0, 1000 + seed, closed_loop.Shove(impulse, delay))
+            for seed, delay in enumerate(delays)
+        ]
+        survival[f"{impulse:+g}"] = float(np.mean([not walk.fell for walk in pushed]))
+    speeds = [walk.speed for walk in calm if not walk.fell]
+    return {
+        "never_fell": float(np.mean([not walk.fell for walk in calm])),
+        "speed": float(np.mean(speeds)) if speeds else None,
+        "survival": survival,
+    }
+
+
+def in_jax(args: argparse.Namespace) -> dict[str, Any]:
+    """The same of the JAX controllers."""
+    asked = EvaluateArgs(
+        policy=args.policy, walkers=args.walkers, seconds=args.seconds, impulses=tuple(args.impulses),
+        phases=args.phases, replicas=args.replicas, engine="mujoco",
+    )  # fmt: skip
+    found = evaluate.evaluate(subjects.load(args.policy), asked)
+    survived = zip(args.impulses, found["pushes"]["survival"], strict=True)
+    return {
+        "never_fell": found["walking"]["survival"],
+        "speed": found["walking"]["speed_mean"],
+        "survival": {f"{impulse:+g}": float(np.mean(row)) for impulse, row in survived},
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--policy", default="shipped")
+    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--walkers", type=int, default=8)
+    parser.add_argument("--impulses", type=float, nargs="*", default=[-60.0, 60.0, 80.0])
+    parser.add_argument("--phases", type=int, default=4)
+    parser.add_argument("--replicas", type=int, default=4)
+    parser.add_argument("--step-seconds", type=float, default=0.446, help="that phases are shares of")
+    parser.add_argument("--json", type=Path)
+    args = parser.parse_args()
+
+    trained, told = command.load(args.policy)
+    config = config_io.from_dict(Config, json.loads(trained.metadata.config))
+    rows = {}
+    with tempfile.TemporaryDirectory() as folder:
+        written = command.write(trained, told, ("npz", "c"), Path(folder))
+        library = c_runtime.build(written["c"], Path(folder))
+        body = config.body.height, config.body.mass, config.gait.speed_desired
+        for name, controller in (
+            ("c", c_runtime.Controller(library, *body)),
+            ("numpy", deploy.Controller.load(written["npz"])),
+        ):
+            rows[name] = walked(config, controller, args)
+            print(name, json.dumps(rows[name]), flush=True)
+    rows["jax"] = in_jax(args)
+    print("jax", json.dumps(rows["jax"]))
+    if args.json is not None:
+        options = {name: value for name, value in vars(args).items() if name != "json"}
+        files.write_json(args.json, {"options": options, "controllers": rows, **runtime.hardware()})
+
+
+if __name__ == "__main__":
+    main()

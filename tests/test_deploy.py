@@ -1,0 +1,237 @@
+"""The NumPy runtime: tick by tick what the JAX walker does, and without JAX."""
+
+import dataclasses
+import subprocess
+import sys
+from functools import partial
+from typing import get_args
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxwalk import controllers, deploy, footstep, policy, resources, stepper, subjects, walker
+from jaxwalk.config import Observable
+from jaxwalk.ddpg import networks
+from jaxwalk.errors import UserError
+from jaxwalk.export import c, c_runtime, closed_loop, manifest, tensors
+from jaxwalk.export.closed_loop import Shove
+from jaxwalk.physics import Readings
+from jaxwalk.stepper import Task
+
+TRAINED = policy.load(resources.model_path("shipped.safetensors"))
+SUBJECT = subjects.load("shipped")
+# The accelerometer of `jaxwalk.sensors` is made of the velocity: one without noise, so that it can be told.
+QUIET = dataclasses.replace(
+    SUBJECT.config,
+    sensors=dataclasses.replace(
+        SUBJECT.config.sensors,
+        velocity_std=0.0, velocity_bias=0.0, acceleration_std=0.0, acceleration_bias=0.0, pitch_bias=0.0,
+    ),
+)  # fmt: skip
+# The paper's toe-off and no step back; told of everything that there is to tell.
+PAPER = dataclasses.replace(
+    QUIET,
+    gait=dataclasses.replace(QUIET.gait, toe_off_form="paper", toe_off_latched=True, back_step=False),
+    observation=get_args(Observable),
+)
+SMALL = dataclasses.replace(QUIET, body=dataclasses.replace(QUIET.body, height=1.45, mass=60.0))
+TICKS = 2500
+# What reaches every branch of the controllers.
+WALKS = {
+    "unpushed": (QUIET, None),
+    "from behind": (QUIET, Shove(60.0, 0.2)),
+    "stepping back": (QUIET, Shove(-80.0, 0.1)),
+    "small": (SMALL, Shove(-40.0, 0.3)),
+    "paper": (PAPER, None),
+}
+
+
+def _trained(config):
+    """A policy told what ``config`` says: the shipped one, or one that answers little."""
+    if config.observation == SUBJECT.config.observation:
+        return TRAINED
+    size = len(config.observation)
+    actor = networks.init_actor(config.ddpg.hidden, jax.random.key(1), size, (-0.2, -0.1))
+    return policy.of_parts(
+        config, actor, jnp.zeros(size), jnp.ones(size), clip=10.0,
+        seed=0, command="", footsteps=0, score=None,
+    )  # fmt: skip
+
+
+@partial(jax.jit, static_argnums=0)
+def _replayed(task, numbers, params, body, start, readings):
+    """[T, 6] commands, [T] touch-downs and [T, O] observations of the JAX walker that senses ``readings``."""
+    first = stepper.start(task, numbers, *body, jnp.float32(0), jax.random.key(0))
+    state = first.replace(walker=start)
+    length = walker.landed_length(task.setup, start)
+    state = state.replace(observation=footstep.observe(task.observation, task.setup, start, length))
+    bones = walker.skeleton(task.setup, start.person)
+
+    def tick(state, row):
+        index, sensed = row
+        answered = stepper.decide(state, policy.act(params, state.observation))
+        # As in the windows of training: a touch-down waits for its answer.
+        state = stepper.select(index % task.setup.window_ticks == 0, answered, state)
+        body = state.walker
+        command = controllers.command(body.person.gait, bones, body.gait, body.estimate)
+        moved = walker.moved(task.setup, body, body.plant, sensed, jnp.zeros(18))
+        after = stepper.moved(task, state, *moved)
+        return after, (command, after.asked & ~state.asked, after.observation)
+
+    return jax.lax.scan(tick, state, (jnp.arange(readings.touch.shape[0]), readings))[1]
+
+
+def _readings(said):
+    pitch = np.array([s.pitch for s in said], np.float32)
+    zero = np.zeros_like(pitch)
+    velocity = np.array([s.velocity for s in said], np.float32)
+    rate = np.array([s.pitch_rate for s in said], np.float32)
+    return Readings(
+        velocity=np.stack([velocity, zero, zero], 1),
+        up=np.stack([np.sin(pitch), zero, np.cos(pitch)], 1),
+        gyro=np.stack([zero, rate, zero], 1),
+        touch=np.array([s.touch for s in said], np.float32),
+        joints=np.array([s.joints for s in said], np.float32),
+        joint_rates=np.array([s.joint_rates for s in said], np.float32),
+    )
+
+
+class Recorded:
+    """A walk under the NumPy runtime; what the C runtime and the JAX walker make of its sensors."""
+
+    def __init__(self, name, folder):
+        config, shove = WALKS[name]
+        trained = _trained(config)
+        told = manifest.build(trained, config)
+        path = folder / f"{name}.npz"
+        path.write_bytes(tensors.to_npz(trained, told))
+        runtime = deploy.Controller.load(path)
+        seconds = TICKS * config.physics.timestep
+        self.walk = closed_loop.walk(config, runtime, seconds, 3, shove, keep=True)
+        size = len(config.observation)
+        start = closed_loop.start(config, jax.random.key(3))
+        said, stance = self.walk.said, int(start.gait.stance)
+        self.numpy = _driven(deploy.Controller.load(path), said, stance, lambda c: c.observation)
+
+        header = folder / "policy.h"
+        header.write_bytes(c.header(trained, told))
+        (folder / name).mkdir()
+        library = c_runtime.build(header, folder / name)
+        body = config.body.height, config.body.mass, config.gait.speed_desired
+        walker_in_c = c_runtime.Controller(library, *body)
+        self.c = _driven(walker_in_c, said, stance, lambda c: c.observation(size))
+
+        params = policy.without_origin(trained)
+        sizes = jnp.float32(config.body.height), jnp.float32(config.body.mass)
+        replayed = _replayed(Task.of(config), config.gait, params, sizes, start, _readings(said[1:]))
+        commands, landed, observed = jax.device_get(replayed)
+        # JAX's command is that of the tick to come, the runtimes' that of the one just made.
+        self.jax = commands, np.concatenate([[False], landed[:-1]]), observed
+
+
+def _driven(runtime, said, stance, observed):
+    """(commands [T, 6], touch-downs [T], observations [T, O]) of ``runtime`` told ``said``."""
+    rows = [(runtime.start(said[0], stance), False, observed(runtime))]
+    for one in said[1:-1]:
+        command = runtime.tick(one)
+        rows.append((command, runtime.touchdown, observed(runtime)))
+    return tuple(np.array(column) for column in zip(*rows, strict=True))
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("walks")
+    return {name: Recorded(name, folder) for name in WALKS}
+
+
+@pytest.mark.parametrize("name", WALKS)
+@pytest.mark.parametrize("runtime", ["numpy", "c"])
+def test_ticks_are_those_of_the_jax_walker(recorded, name, runtime):
+    commands, landed, observed = getattr(recorded[name], runtime)
+    jax_commands, jax_landed, jax_observed = recorded[name].jax
+    assert landed.sum() > 5
+    np.testing.assert_array_equal(landed, jax_landed)
+    np.testing.assert_allclose(commands, jax_commands, atol=1e-3, rtol=1e-5)
+    fresh = np.flatnonzero(landed)
+    np.testing.assert_allclose(observed[fresh], jax_observed[fresh - 1], atol=1e-4)
+
+
+def test_the_walks_reach_what_they_are_for(recorded):
+    def steps(name):  # lengths of the steps told at touch-downs, m
+        _, landed, observed = recorded[name].numpy
+        return observed[landed][:, WALKS[name][0].observation.index("step_length")]
+
+    assert steps("unpushed").min() > 0.2
+    assert steps("stepping back").min() < -0.1
+    ankle = recorded["stepping back"].numpy[0][:, [2, 5]]
+    assert np.isclose(ankle, SUBJECT.config.gait.restart_torque).any(), "it never stood"
+    assert not recorded["unpushed"].walk.fell and not recorded["stepping back"].walk.fell
+
+
+@pytest.fixture
+def exported(tmp_path):
+    path = tmp_path / "policy.safetensors"
+    path.write_bytes(tensors.to_safetensors(TRAINED, manifest.build(TRAINED, SUBJECT.config)))
+    return path
+
+
+BAD = [dict(height=0.2), dict(height=float("nan")), dict(mass=1000.0), dict(speed=0.0)]
+
+
+@pytest.mark.parametrize("wrong", BAD, ids=str)
+def test_bad_bodies_are_refused(exported, wrong):
+    with pytest.raises(UserError, match=next(iter(wrong))):
+        deploy.Controller.load(exported, **wrong)
+
+
+def test_c_refuses_bad_bodies_too(exported, tmp_path):
+    header = tmp_path / "policy.h"
+    header.write_bytes(c.header(TRAINED, manifest.build(TRAINED, SUBJECT.config)))
+    library = c_runtime.build(header, tmp_path)
+    assert not c_runtime.Controller(library, 1.8, 75.0, 1.0).refused
+    for body in ((0.2, 75.0, 1.0), (float("nan"), 75.0, 1.0), (1.8, 1000.0, 1.0), (1.8, 75.0, 0.0)):
+        assert c_runtime.Controller(library, *body).refused
+
+
+def test_a_fall_is_told(exported, tmp_path):
+    header = tmp_path / "policy.h"
+    header.write_bytes(c.header(TRAINED, manifest.build(TRAINED, SUBJECT.config)))
+    body = 1.8, 75.0, 1.0
+    runtimes = [
+        deploy.Controller.load(exported, *body),
+        c_runtime.Controller(c_runtime.build(header, tmp_path), *body),
+    ]
+    for runtime in runtimes:
+        for pitch, knee, fallen in ((0.1, 0.0, False), (1.2, 0.0, True), (-1.2, 0.0, True), (0.1, 2.2, True)):
+            joints = np.tile([pitch + knee / 2, knee, knee / 2], (2, 1))
+            said = deploy.Sensors(1.0, 0.0, pitch, 0.0, joints, np.zeros((2, 3)), np.zeros(2))
+            runtime.start(said, 0)
+            assert runtime.fallen == fallen, (pitch, knee)
+
+
+def test_needs_a_start(exported):
+    said = deploy.Sensors(1.0, 0.0, 0.0, 0.0, np.zeros((2, 3)), np.zeros((2, 3)), np.zeros(2))
+    with pytest.raises(RuntimeError, match="start"):
+        deploy.Controller.load(exported).tick(said)
+    with pytest.raises(UserError, match="stance"):
+        deploy.Controller.load(exported).start(said, 2)
+
+
+def test_without_jax_and_mujoco(exported):
+    code = f"""
+import sys
+class Blocked:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in ("jax", "jaxlib", "flax", "mujoco", "safetensors"):
+            raise ImportError(name)
+sys.meta_path.insert(0, Blocked())
+import numpy as np
+from jaxwalk import deploy
+c = deploy.Controller.load({str(exported)!r})
+s = deploy.Sensors(1.0, 0.0, 0.05, 0.0, np.zeros((2, 3)), np.zeros((2, 3)), np.zeros(2))
+c.start(s, 0)
+assert c.tick(s).shape == (6,) and np.isfinite(c.tick(s)).all()
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -1,0 +1,162 @@
+"""Exports: every format says what JAX says, carries its manifest, and survives nothing that is bad."""
+
+import json
+import subprocess
+import zipfile
+from dataclasses import replace
+
+import jax
+import numpy as np
+import pytest
+
+from jaxwalk import cli, deploy, policy, resources
+from jaxwalk.config import GaitConfig
+from jaxwalk.deploy.file import MANIFEST
+from jaxwalk.errors import UserError
+from jaxwalk.export import command, manifest, selftest, stablehlo
+
+FORMATS = ("safetensors", "npz", "onnx", "stablehlo", "c")
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory):
+    """(policy, manifest, file by format)."""
+    trained, told = command.load("shipped")
+    return trained, told, command.write(trained, told, FORMATS, tmp_path_factory.mktemp("export"))
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_formats_agree_on_10000_random_observations(exported, kind):
+    trained, _, files = exported
+    seen = command.observations(trained, 10_000)
+    expected = np.asarray(jax.jit(policy.act)(policy.without_origin(trained), seen))
+    actions, commands = selftest.outputs(kind, files[kind], seen)
+    low, high = np.array(trained.metadata.action_low), np.array(trained.metadata.action_high)
+    np.testing.assert_allclose(commands, low + (expected + 1) / 2 * (high - low), rtol=0, atol=1e-6)
+    # In [-1, 1] JAX itself is 1.1e-6 from the same sums in doubles: no 32-bit runtime can promise less.
+    np.testing.assert_allclose(actions, expected, rtol=0, atol=2e-6)
+
+
+def test_every_file_carries_the_manifest(exported):
+    _, told, files = exported
+    onnx = pytest.importorskip("onnx")
+    model = onnx.load(files["onnx"])
+    found = {
+        "safetensors": deploy.load(files["safetensors"]).manifest,
+        "npz": deploy.load(files["npz"]).manifest,
+        "onnx": json.loads({p.key: p.value for p in model.metadata_props}[MANIFEST]),
+        "stablehlo": json.loads(zipfile.ZipFile(files["stablehlo"]).read("manifest.json")),
+    }
+    for kind, carried in found.items():
+        assert carried == told, kind
+    assert told["action"][0] == {"name": "length", "unit": "m", "low": 0.45, "high": 0.95}
+    assert [one["name"] for one in told["observation"]][:2] == ["speed", "pitch"]
+    header = files["c"].read_text()
+    for one in told["observation"] + told["action"]:
+        assert f'{{"{one["name"]}", "{one["unit"]}"}}' in header
+
+
+def test_numbers_scale_as_dynamic_similarity_says(exported):
+    numbers = exported[1]["numbers"]
+    powers = {name: (one["length"], one["mass"]) for name, one in numbers.items()}
+    assert powers["length_min"] == (1, 0) and powers["duration_min"] == (0.5, 0)
+    assert powers["toe_off_gain"] == (0.5, 1) and powers["torso_inertia"] == (2, 1)
+    assert powers["swing_knee"] == (0, 0) and powers["ankle_damping"] == (1.5, 1)
+    assert set(GaitConfig.__dataclass_fields__) == (
+        set(numbers) & set(GaitConfig.__dataclass_fields__)
+    ) | set(manifest.SWITCHES)
+
+
+def test_the_safetensors_export_is_a_policy_file_too(exported):
+    trained, _, files = exported
+    assert policy.load(files["safetensors"]).metadata == trained.metadata
+
+
+def test_stablehlo_is_for_cpu_and_cuda_and_any_batch(exported):
+    program = stablehlo.load(exported[2]["stablehlo"])
+    assert set(program.platforms) == {"cpu", "cuda"}
+    assert not isinstance(program.in_avals[0].shape[0], int)
+    for batch in (1, 7):
+        actions, _ = stablehlo.run(exported[2]["stablehlo"], np.zeros((batch, 5), np.float32))
+        assert actions.shape == (batch, 2)
+
+
+def test_fresh_processes_verify_what_is_good_and_tell_what_is_not(exported, tmp_path):
+    trained, told, _ = exported
+    files = command.write(trained, told, ("npz", "c"), tmp_path)
+    assert selftest.in_fresh_process("npz", files["npz"])["commands"] < selftest.TOLERANCE
+    program = selftest.compile_c(tmp_path / selftest.C_TEST, tmp_path / "selftest")
+    assert subprocess.run([program], capture_output=True).returncode == 0
+    other = replace(trained, observation_mean=trained.observation_mean + 0.01)
+    files["npz"].write_bytes(command.tensors.to_npz(other, told))
+    with pytest.raises(UserError, match="differ from JAX"):
+        selftest.in_fresh_process("npz", files["npz"])
+    files["c"].write_bytes(command.c.header(other, told))
+    program = selftest.compile_c(tmp_path / selftest.C_TEST, tmp_path / "selftest")
+    assert subprocess.run([program], capture_output=True).returncode == 1
+
+
+BAD = {
+    "format": (["shipped", "--out", "x", "--format", "tflite"], "give one or more of safetensors"),
+    "twice": (["shipped", "--out", "x", "--format", "c,c"], "once"),
+    "rule": (["raibert", "--out", "x"], "a rule, not trained"),
+    "absent": (["nowhere", "--out", "x"], "no policy"),
+    "file for a folder": (["shipped", "--out", "FILE"], "not a folder"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_one_line(case, tmp_path, monkeypatch, capsys):
+    argv, says = BAD[case]
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "FILE").write_text("kept")
+    assert cli.main(["export", *argv]) == 2
+    said = capsys.readouterr().err
+    assert says in said and said.count("\n") == 1
+    assert [p.name for p in tmp_path.iterdir()] == ["FILE"] and (tmp_path / "FILE").read_text() == "kept"
+
+
+def _cut(path):
+    path.write_bytes(path.read_bytes()[:-100])
+
+
+SPOILT = {
+    "missing": lambda p: p.unlink(),
+    "folder": lambda p: (p.unlink(), p.mkdir()),
+    "empty": lambda p: p.write_bytes(b""),
+    "cut": _cut,
+    "garbage": lambda p: p.write_bytes(b"\xff" * 1000),
+    "a policy of another kind": lambda p: p.write_bytes(
+        resources.model_path("shipped.safetensors").read_bytes()
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", ["safetensors", "npz"])
+@pytest.mark.parametrize("case", SPOILT)
+def test_the_runtime_refuses_bad_files_in_one_line(exported, tmp_path, case, kind):
+    path = tmp_path / f"policy.{kind}"
+    path.write_bytes(exported[2][kind].read_bytes())
+    SPOILT[case](path)
+    with pytest.raises(UserError) as caught:
+        deploy.load(path)
+    assert str(path) in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_the_runtime_refuses_what_is_newer(exported, tmp_path):
+    trained, told, _ = exported
+    path = tmp_path / "policy.npz"
+    path.write_bytes(command.tensors.to_npz(trained, told | {"format_version": 99}))
+    with pytest.raises(UserError, match="format 99"):
+        deploy.load(path)
+
+
+def test_the_latency_table_has_every_format(capsys, tmp_path):
+    path = tmp_path / "latency.json"
+    argv = ["bench", "--deploy", "True", "--seconds", "0.01", "--json", str(path)]
+    assert cli.main(argv) == 0, capsys.readouterr().err
+    rows = json.loads(path.read_text())["formats"]
+    assert set(rows) == {"jax", *FORMATS}
+    assert all(row["decision_us"] > 0 for row in rows.values())
+    assert {kind for kind, row in rows.items() if row["tick_us"]} == {"safetensors", "npz", "c"}
+    assert {kind for kind, row in rows.items() if row["bytes"]} == set(FORMATS)
