@@ -10,6 +10,7 @@ policy.safetensors, training.png, summary.json   written by the training loop as
 
 from __future__ import annotations
 
+import contextlib
 import datetime
 import fcntl
 import hashlib
@@ -142,7 +143,9 @@ class RunFolder:
             self._metrics.close()
         finally:
             if self._events is not None:
-                self._events.close()
+                # On a full disk TensorBoard lacks the end; metrics.jsonl tells of it.
+                with contextlib.suppress(OSError):
+                    self._events.close()
 
     def __enter__(self) -> RunFolder:
         return self

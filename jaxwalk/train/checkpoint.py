@@ -149,8 +149,10 @@ class Store:
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def _unwritten(self, error: Exception) -> str:
+        # TensorStore says so of a full disk, after much else.
+        reason = "no space left" if "RESOURCE_EXHAUSTED" in str(error) else _first_line(error)
         return (
-            f"cannot write a checkpoint into {self.folder}: {_first_line(error)}; "
+            f"cannot write a checkpoint into {self.folder}: {reason}; "
             f"make room there, then go on with jaxwalk train --resume {self.folder.parent}"
         )
 
