@@ -18,6 +18,7 @@ import json
 import math
 import os
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -108,10 +109,11 @@ class RunFolder:
             raise UserError(f"{file} has {len(lines)} lines, its checkpoint knows {count}: begin a new run")
         try:
             rows = [json.loads(line) for line in lines[:count]]
-        except ValueError as error:
+            last = max((int(row["footsteps"]) for row in rows), default=-1)
+        except (ValueError, TypeError, KeyError) as error:
             raise UserError(f"{file} is damaged: begin a new run") from error
         os.truncate(file, sum(len(line) + 1 for line in lines[:count]))
-        self._purge = 1 + max((int(row["footsteps"]) for row in rows), default=-1)
+        self._purge = 1 + last
         return rows
 
     def sync(self) -> None:
@@ -198,6 +200,37 @@ def load_record(path: Path) -> dict[str, Any]:
     if not isinstance(record, dict) or "config" not in record:
         raise UserError(f"{file} holds no configuration: give a run folder of jaxwalk train")
     return record
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a run of ``jaxwalk train`` comes from: its seed, its command, and what it was computed with."""
+
+    seed: int
+    command: str
+    versions: Mapping[str, str]
+
+
+def load_origin(path: Path) -> Origin:
+    """What ``config.json`` says of how a run was begun.
+
+    Args:
+      path: the run folder.
+
+    Raises:
+      UserError: there is none, or it is none of ``jaxwalk train``.
+    """
+    record = load_record(path)
+    seed, command, versions = (record.get(name) for name in ("seed", "command", "versions"))
+    if not isinstance(seed, int) or not isinstance(command, str) or not isinstance(versions, dict):
+        raise UserError(
+            f"{path / CONFIG} lacks seed, command or versions: give a run folder of jaxwalk train"
+        )
+    if command.split()[:2] != ["jaxwalk", "train"]:
+        raise UserError(
+            f"the run in {path} was begun by {command!r:.60}: only jaxwalk train goes on with a run"
+        )
+    return Origin(seed, command, versions)
 
 
 def load_config(path: Path) -> Config:

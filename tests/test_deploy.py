@@ -209,6 +209,10 @@ def test_a_fall_is_told(exported, tmp_path):
             said = deploy.Sensors(1.0, 0.0, pitch, 0.0, joints, np.zeros((2, 3)), np.zeros(2))
             runtime.start(said, 0)
             assert runtime.fallen == fallen, (pitch, knee)
+        for speed, pitch in ((np.nan, 0.1), (1.0, np.nan)):  # broken instruments
+            joints = np.tile([0.1, 0.0, 0.0], (2, 1))
+            runtime.start(deploy.Sensors(speed, 0.0, pitch, 0.0, joints, np.zeros((2, 3)), np.zeros(2)), 0)
+            assert runtime.fallen, (speed, pitch)
 
 
 def test_needs_a_start(exported):

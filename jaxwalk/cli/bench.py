@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from jaxwalk import files
 from jaxwalk.cli import checks
-from jaxwalk.cli.parse import OptionalFile, parse
+from jaxwalk.cli.parse import OptionalFile, OptionalPolicy, parse
 
 
 @dataclass(frozen=True)
@@ -17,13 +17,12 @@ class BenchArgs:
     walkers: int = 256
     """Walkers side by side, in all four."""
     seconds: float = 10.0
-    """How long each of the four is timed once compiled, s; with --deploy True, each format."""
+    """How long each of the four is timed once compiled, s; with --deploy, each format."""
     seed: int = 0
     """Seed of everything that is drawn at random."""
-    deploy: bool = False
-    """Time one decision and one tick of an exported policy instead, in every format."""
-    policy: str = "shipped"
-    """The policy that --deploy True exports: a run folder, a policy file or shipped."""
+    deploy: OptionalPolicy = None
+    """Instead, time one decision and one tick of this policy, exported in every format: a run folder, a
+    policy file or shipped."""
     json: OptionalFile = None
     """File for the results, replaced if there. Default: a table on the screen only."""
 
@@ -34,7 +33,8 @@ class BenchArgs:
         checks.whole("--walkers", self.walkers)
         checks.positive("--seconds", self.seconds, "seconds")
         checks.seed(self.seed)
-        checks.policy(self.policy)
+        if self.deploy is not None:
+            checks.policy(self.deploy)
         if self.json is not None:
             files.check_output("--json", self.json)
 
@@ -46,10 +46,10 @@ def run(argv: Sequence[str]) -> None:
     from jaxwalk import runtime
 
     runtime.setup()
-    if args.deploy:
+    if args.deploy is not None:
         from jaxwalk.export import latency
 
-        latency.main(args)
+        latency.main(args.deploy, args)
         return
     from jaxwalk import bench
 

@@ -138,6 +138,7 @@ POLICIES = (
     "and duration)."
 )
 Policy = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="POLICY", help=POLICIES)]
+OptionalPolicy = Annotated[str | None, tyro.conf.arg(metavar="POLICY")]
 OptionalFile = Annotated[Path | None, tyro.conf.arg(metavar="PATH")]
 OptionalFloat = Annotated[float | None, tyro.conf.arg(metavar="FLOAT")]
 Impulses = Annotated[tuple[float, ...], _list_of("impulses")]

@@ -57,9 +57,8 @@ def read(argv: Sequence[str]) -> TrainArgs:
     if origin.resume is None:
         preset = origin.preset or "default"
         return parse(TrainArgs, argv, "train", TrainArgs(preset=preset, config=PRESETS[preset]))
-    record = run_folder.load_record(origin.resume)
     config = run_folder.load_config(origin.resume)
-    default = TrainArgs(seed=record.get("seed", 0), config=config)
+    default = TrainArgs(seed=run_folder.load_origin(origin.resume).seed, config=config)
     args = parse(TrainArgs, argv, "train", default)
     for name, given, of_run in (
         ("preset", origin.preset, None),

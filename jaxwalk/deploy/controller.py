@@ -75,7 +75,11 @@ class Controller:
         Raises:
           UserError: a bad file, or a value out of range.
         """
-        return cls(policy.load(path), height, mass, speed)
+        loaded = policy.load(path)
+        try:
+            return cls(loaded, height, mass, speed)
+        except (KeyError, TypeError, ValueError):
+            raise UserError(f"policy {path}: its manifest is damaged; export it anew") from None
 
     def start(self, said: Sensors, stance: int) -> np.ndarray:
         """Begin, or begin again: the foot ``stance`` (0 left, 1 right) has just landed ahead of the other.
@@ -93,7 +97,7 @@ class Controller:
         fresh = Clock(
             stance, np.float32(0), numbers.length_nominal, numbers.duration_nominal, torque, seconds
         )
-        self.clock = fresh
+        self.clock, self.touchdown = fresh, False
         self._decide(posture, -gait.step_length(posture, fresh))
         return self._command(posture)
 
@@ -133,11 +137,14 @@ class Controller:
         """As far as the sensors tell: torso too far over, hip too low over the feet, or a stalled step."""
         numbers = self.person.gait
         height = self.person.foot - self._posture().z.min()
-        return bool(
-            abs(self.estimate.pitch) > numbers.fall_pitch
-            or height < numbers.fall_height * self.person.leg
-            or self.clock.elapsed > numbers.stall_seconds
+        # What is not a number stands for nothing good.
+        stands = (
+            abs(self.estimate.pitch) <= numbers.fall_pitch
+            and height >= numbers.fall_height * self.person.leg
+            and self.clock.elapsed <= numbers.stall_seconds
+            and np.isfinite(self.estimate.speed)
         )
+        return not stands
 
     def _posture(self) -> Posture:
         return kinematics.posture(self.person, self.estimate.joints, self.estimate.pitch)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import math
 import os
+import tokenize
 import zipfile
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,11 @@ FORMAT_VERSION = 1
 MANIFEST = "jaxwalk_deploy"
 """Where a file keeps its manifest: a key of the safetensors header, an array of the npz."""
 MAX_BYTES = 64 * 2**20
+# What readers make of files that were altered.
+_DAMAGED = (
+    AttributeError, EOFError, KeyError, TypeError, RuntimeError, zipfile.BadZipFile, zlib.error,
+    tokenize.TokenError,
+)  # fmt: skip
 _EXPECTED = "give a .safetensors or .npz file that jaxwalk export wrote"
 
 
@@ -38,7 +45,7 @@ def read(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, np.nda
         version = manifest["format_version"]
     except OSError as error:
         raise UserError(f"policy {path}: cannot be read ({error.strerror or error}); {_EXPECTED}") from None
-    except (AttributeError, EOFError, KeyError, TypeError, RecursionError, zipfile.BadZipFile):
+    except _DAMAGED:
         raise UserError(f"policy {path}: no whole export of a policy; {_EXPECTED}") from None
     except ValueError as error:
         said = "no whole export of a policy" if isinstance(error, UnicodeError) else str(error)

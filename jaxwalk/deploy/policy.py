@@ -55,17 +55,24 @@ def load(path: str | os.PathLike[str]) -> Policy:
     manifest, tensors = file.read(path)
     try:
         policy = _decode(manifest, tensors)
-    except (KeyError, TypeError, ValueError):
+        fits = _fits(policy)
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError):
         raise UserError(f"policy {path}: its parts do not fit together; export it anew") from None
+    if not fits:
+        raise UserError(f"policy {path}: its tensors are damaged; export it anew")
+    return policy
+
+
+def _fits(policy: Policy) -> bool:
+    """Whether shapes, types and names go together, and all numbers are finite."""
     sizes = [len(policy.mean), *(bias.shape[0] for _, bias in policy.layers)]
     fits = all(
         kernel.shape == (a, b) for (kernel, _), a, b in zip(policy.layers, sizes[:-1], sizes[1:], strict=True)
     )
     arrays = [policy.mean, policy.std, *(x for layer in policy.layers for x in layer)]
     sound = all(x.dtype == np.float32 and np.isfinite(x).all() for x in arrays) and (policy.std > 0).all()
-    if not (fits and sound and policy.std.shape == policy.mean.shape and sizes[-1] == len(policy.low)):
-        raise UserError(f"policy {path}: its tensors are damaged; export it anew")
-    return policy
+    shapes = policy.std.shape == policy.mean.shape and sizes[-1] == len(policy.low)
+    return bool(fits and sound and shapes and len(policy.manifest["observation"]) == sizes[0])
 
 
 def _decode(manifest: dict[str, Any], tensors: dict[str, np.ndarray]) -> Policy:

@@ -290,8 +290,10 @@ static inline void jaxwalk_tick(struct jaxwalk *w, const struct jaxwalk_sensors 
 
 /* As far as the sensors tell: the torso too far over, the hip too low over the feet, or a stalled step. */
 static inline int jaxwalk_fallen(const struct jaxwalk *w) {
-    return fabsf(w->now.pitch) > w->n.fall_pitch ||
-           w->n.foot - fminf(w->z[0], w->z[1]) < w->n.fall_height * w->leg || w->elapsed > w->n.stall_seconds;
+    /* What is not a number stands for nothing good. */
+    return !(fabsf(w->now.pitch) <= w->n.fall_pitch &&
+             w->n.foot - fminf(w->z[0], w->z[1]) >= w->n.fall_height * w->leg &&
+             w->elapsed <= w->n.stall_seconds && w->now.velocity - w->now.velocity == 0.0f);
 }
 
 #endif

@@ -51,13 +51,13 @@ def microseconds(once: Round, seconds: float) -> float:
     return 1e6 * statistics.median(rounds)
 
 
-def measure(args: BenchArgs, tell: Callable[[str], None] = lambda what: None) -> dict[str, Any]:
-    """All of it, as the JSON that ``jaxwalk bench --deploy True`` writes.
+def measure(name: str, args: BenchArgs, tell: Callable[[str], None] = lambda what: None) -> dict[str, Any]:
+    """All of it for the policy called ``name``, as the JSON that ``jaxwalk bench --deploy POLICY`` writes.
 
     Decisions are of one observation, alone; those from Python include the call from Python.
     """
     tell("exporting")
-    trained, told = command.load(args.policy)
+    trained, told = command.load(name)
     config = config_io.from_dict(Config, json.loads(trained.metadata.config))
     seen = command.observations(trained, _CALLS)
     rows = [one[None] for one in seen]
@@ -98,14 +98,14 @@ def measure(args: BenchArgs, tell: Callable[[str], None] = lambda what: None) ->
     return {"formats": found, **results.stamp("bench-deploy", args, None, config)}
 
 
-def main(args: BenchArgs) -> None:
-    """The command."""
+def main(name: str, args: BenchArgs) -> None:
+    """The command, of the policy called ``name``."""
     console = Console()
     with console.status("starting") as status:
-        result = measure(args, status.update)
+        result = measure(name, args, status.update)
     if args.json is not None:
         files.write_json(args.json, result)
-    table = Table(title=f"{args.policy}, one at a time, on {result['hardware']['cpu']}")
+    table = Table(title=f"{name}, one at a time, on {result['hardware']['cpu']}")
     table.add_column("format", no_wrap=True)
     for heading in ("decision, us", "tick, us", "bytes"):
         table.add_column(heading, justify="right")

@@ -6,6 +6,7 @@ from another run is told from a good one.
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import shutil
@@ -21,6 +22,7 @@ import numpy as np
 from jaxwalk.errors import UserError
 
 KEPT = 2
+_NOT_ITS_FAULT = {errno.EMFILE, errno.ENFILE, errno.EIO, errno.ENOMEM}
 _ARRAYS, _REST = "arrays", "rest"
 T = TypeVar("T")
 
@@ -133,7 +135,11 @@ class Store:
             if digest(found) != rest["digest"]:
                 return "is damaged (its digest differs)"
             return found if rest["run"] == self._run else "is of another run"
+        except (MemoryError, PermissionError) as error:  # the checkpoint may be a good one
+            raise UserError(f"cannot read the checkpoint {self.folder / str(step)}: {error}") from error
         except Exception as error:  # whatever a damaged file makes of its readers
+            if isinstance(error, OSError) and error.errno in _NOT_ITS_FAULT:
+                raise UserError(f"cannot read the checkpoint {self.folder / str(step)}: {error}") from error
             return f"is damaged ({_first_line(error)})"
 
     def close(self) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ import jax
 import numpy as np
 from jax.sharding import Mesh
 
-from jaxwalk import devices, plots, policy, run_folder, runtime, windows
+from jaxwalk import devices, files, plots, policy, run_folder, runtime, windows
 from jaxwalk.config import Config
 from jaxwalk.ddpg import learner
 from jaxwalk.errors import UserError
@@ -53,15 +53,15 @@ def resume(path: Path) -> Path:
       UserError: as for ``run``; or there is no run, it is finished, it has no usable checkpoint, it was
         laid out for another number of devices, or another process trains it.
     """
-    record = run_folder.load_record(path)
+    origin = run_folder.load_origin(path)
     config = run_folder.load_config(path)
     mesh = devices.mesh(config.train.walkers)
     with RunFolder.reopen(path) as folder:
         summary = run_folder.read_summary(path)
         if summary and not summary.get("interrupted"):
             raise UserError(f"the run in {path} is finished: nothing is left to resume")
-        _say_what_changed(record.get("versions", {}))
-        _train(config, folder, int(record["seed"]), str(record["command"]), mesh, resumed=True)
+        _say_what_changed(origin.versions)
+        _train(config, folder, origin.seed, origin.command, mesh, resumed=True)
         return folder.path
 
 
@@ -78,7 +78,7 @@ def _train(config: Config, folder: RunFolder, seed: int, command: str, mesh: Mes
         training.go()
 
 
-def _say_what_changed(versions: dict[str, str]) -> None:
+def _say_what_changed(versions: Mapping[str, str]) -> None:
     now = runtime.versions()["versions"]
     other = [f"{name} {old} (now {now.get(name)})" for name, old in versions.items() if now.get(name) != old]
     if other:
@@ -90,6 +90,8 @@ def _one_line_errors(config: Config, path: Path) -> Iterator[None]:
     """What the machine has too little of, as one line."""
     try:
         yield
+    except BrokenPipeError:  # nobody reads what is told any more
+        raise
     except OSError as error:
         raise UserError(
             f"cannot write into {path}: {error.strerror or error}; make room there, then go on with "
@@ -149,7 +151,7 @@ class _Run:
         path = self.folder.path
         if found is None:
             # Killed before the first checkpoint, which follows the first evaluation at once.
-            if len(run_folder.read_metrics(path)) > 1:
+            if (path / run_folder.METRICS).read_bytes().count(b"\n") > 1:
                 raise UserError(f"the run in {path} holds no checkpoint to resume from: begin a new run")
             self.folder.keep(0)
             self.progress.note("no checkpoint yet: the run begins anew")
@@ -166,8 +168,17 @@ class _Run:
         self.record = Record.from_notes(now["record"])
         for footsteps, score in now["finalists"]:
             self.finals.enter(policy.load(self._candidate(footsteps)), score)
+        self._forget_what_came_later()
         self.folder.drop_summary()
         self.progress.note(f"resumed at {int(self.state.footsteps):,} footsteps")
+
+    def _forget_what_came_later(self) -> None:
+        """The policies in the folder become those that the record knows."""
+        for footsteps in (int(file.stem) for file in self.folder.checkpoints.glob("*.safetensors")):
+            if footsteps > self.record.evaluated:
+                self._candidate(footsteps).unlink()
+        if self.record.found:
+            files.write_bytes(self.folder.policy, self._candidate(self.record.best).read_bytes())
 
     def _place(self, arrays: dict[str, np.ndarray]) -> loop.TrainState:
         like = loop.layout(self.config, self.mesh)
@@ -196,7 +207,7 @@ class _Run:
         self.saved = time.perf_counter()
 
     def _save_if_due(self) -> None:
-        if self.store is None or self.store.busy():
+        if self.config.train.checkpoint_seconds <= 0 or self.store is None or self.store.busy():
             return
         if time.perf_counter() - self.saved >= self.config.train.checkpoint_seconds:
             # The first is waited for: without it, a kill in the first report would leave nothing.
@@ -221,7 +232,8 @@ class _Run:
             if len(self.rows) == 1:
                 self.record.compile_seconds += seconds
             self._report(int(self.state.footsteps), counts, seconds)
-        self._save(wait=self.stop.wanted)
+        if self.config.train.checkpoint_seconds > 0:
+            self._save(wait=self.stop.wanted)
         self._finish(footsteps)
 
     def _evaluation_due(self, footsteps: int) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import signal
 import sys
 from typing import Any
@@ -17,9 +18,12 @@ class Stop:
 
     def _wish(self, number: int, frame: Any) -> None:
         self.wanted = True
-        print("stopping after the report under way; Ctrl-C again ends at once", file=sys.stderr, flush=True)
         for which, old in self._old.items():
             signal.signal(which, old)
+        with contextlib.suppress(OSError, RuntimeError):  # closed, or amid another print
+            print(
+                "stopping after the report under way; Ctrl-C again ends at once", file=sys.stderr, flush=True
+            )
 
     def __exit__(self, *_: object) -> None:
         for which, old in self._old.items():

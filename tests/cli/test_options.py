@@ -36,7 +36,7 @@ def a_run(tmp_path):
     """The configuration of a run with seed 5 and 32 walkers."""
     path, config = tmp_path / "run", dataclasses.replace(Config(), train=TrainConfig(walkers=32))
     path.mkdir()
-    record = {"config": to_dict(config), "seed": 5, "command": "jaxwalk train"}
+    record = {"config": to_dict(config), "seed": 5, "command": "jaxwalk train", "versions": {}}
     (path / "config.json").write_text(json.dumps(record))
     return path
 

@@ -139,6 +139,18 @@ def test_metrics_that_lack_rows_are_not_gone_on_with(stopped):
     assert file.read_text() == text
 
 
+def test_a_run_of_another_trainer_is_refused(stopped):
+    file = stopped / "config.json"
+    before = {path: path.read_bytes() for path in stopped.glob("*.*") if path != file}
+    file.write_text(json.dumps(json.loads(file.read_text()) | {"command": "jaxwalk train-baseline sac"}))
+    with pytest.raises(UserError, match="was begun by 'jaxwalk train-baseline sac'"):
+        resume(stopped)
+    file.write_text(json.dumps({"config": json.loads(file.read_text())["config"], "seed": "one"}))
+    with pytest.raises(UserError, match="lacks seed, command or versions"):
+        resume(stopped)
+    assert {path: path.read_bytes() for path in before} == before
+
+
 def test_one_process_at_a_time(stopped):
     before = (stopped / "metrics.jsonl").read_bytes()
     with RunFolder.reopen(stopped), pytest.raises(UserError, match="in use by another jaxwalk"):
@@ -261,7 +273,9 @@ def test_killed_twenty_times_at_random_moments(whole, tmp_path):
         if not (folder / "config.json").exists():
             process = small.start(folder)
         elif run_folder.read_summary(folder):
-            break
+            assert small.outcome(folder) == whole
+            shutil.rmtree(folder)
+            process = small.start(folder)
         else:
             process = small.start(folder, resume=True)
     kill(process)
