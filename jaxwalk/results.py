@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from jaxwalk import files, runtime
+from jaxwalk import config_io, runtime
 from jaxwalk.config import Config, to_dict
 from jaxwalk.errors import UserError
 from jaxwalk.subjects import Subject
@@ -62,9 +62,15 @@ def read(path: Path, made_by: str) -> dict[str, Any]:
 
 
 def is_of(told: Mapping[str, Any], subject: Subject) -> bool:
-    """Whether ``told``, a stamp or a part of one, is of this very policy under this very configuration."""
-    config = json.loads(files.to_json(to_dict(subject.config)))
-    return told.get("policy_digest") == subject.digest and told.get("config") == config
+    """Whether ``told``, a stamp or a part of one, is of this very policy under this very configuration.
+
+    A field that is younger than ``told`` had its default then.
+    """
+    try:
+        config = config_io.from_dict(Config, told["config"])
+    except (UserError, KeyError, TypeError):
+        return False
+    return told.get("policy_digest") == subject.digest and config == subject.config
 
 
 def _cure(made_by: str) -> str:
