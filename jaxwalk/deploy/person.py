@@ -58,7 +58,8 @@ def build(manifest: dict[str, Any], height: float | None = None, mass: float | N
     """The walker of ``height`` m and ``mass`` kg; by default the one the policy was trained around.
 
     Raises:
-      UserError: a stature or a mass out of range, or a manifest that lacks a number.
+      UserError: a stature or a mass out of range.
+      KeyError, TypeError, ValueError: a manifest that is damaged.
     """
     height = float(manifest["person"]["height"] if height is None else height)
     mass = float(manifest["person"]["mass"] if mass is None else mass)
@@ -75,13 +76,10 @@ def build(manifest: dict[str, Any], height: float | None = None, mass: float | N
             np.float32(one["value"]) * length ** np.float32(one["length"]) * heavy ** np.float32(one["mass"])
         )
 
-    try:
-        switches = manifest["switches"]
-        own = {name: scaled(manifest["numbers"][name]) for name in _BODY}
-        names = [f.name for f in dataclasses.fields(GaitConfig) if f.name not in switches]
-        gait = GaitConfig(**{name: scaled(manifest["numbers"][name]) for name in names}, **switches)
-    except KeyError as missing:
-        raise UserError(f"the policy's export lacks {missing}: export it anew with this version") from None
+    switches = manifest["switches"]
+    own = {name: scaled(manifest["numbers"][name]) for name in _BODY}
+    names = [f.name for f in dataclasses.fields(GaitConfig) if f.name not in switches]
+    gait = GaitConfig(**{name: scaled(manifest["numbers"][name]) for name in names}, **switches)
     return Person(length=length, mass=heavy, gait=gait, **own)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from jaxwalk.deploy import file
+from jaxwalk.deploy import file, person
 from jaxwalk.errors import UserError
 
 
@@ -56,7 +56,8 @@ def load(path: str | os.PathLike[str]) -> Policy:
     try:
         policy = _decode(manifest, tensors)
         fits = _fits(policy)
-    except (AttributeError, IndexError, KeyError, TypeError, ValueError):
+        person.build(manifest)
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError, UserError):
         raise UserError(f"policy {path}: its parts do not fit together; export it anew") from None
     if not fits:
         raise UserError(f"policy {path}: its tensors are damaged; export it anew")
