@@ -308,7 +308,7 @@ class TrainConfig:
     evaluations: int = 16
     """Evaluations spread over training; the best ones' policies meet in the finals."""
     checkpoint_seconds: float = 60.0
-    """Time between two checkpoints for ``--resume``, the most that a kill costs, s (0: no checkpoints)."""
+    """Least time between two checkpoints for ``--resume``; they are begun between reports, s (0: none)."""
     divergence_limit: int = 100
     """Updates skipped since the last evaluation, being not finite, beyond which training goes back to it."""
     divergence_events: int = 3

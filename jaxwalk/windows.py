@@ -101,7 +101,7 @@ def renew(config: Config, task: Task, states: Stepper, key: PRNGKeyArray) -> Ste
         return jax.vmap(stepper.select)(states.done, fresh, states)
 
     states = jax.vmap(pushed)(states, keys[0])
-    # In most windows nobody is done, and a start costs as much as a tick.
+    # In most windows nobody is done.
     return jax.lax.cond(jnp.any(states.done), anew, lambda same: same, states)
 
 

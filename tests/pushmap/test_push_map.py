@@ -79,7 +79,7 @@ def no_room():
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
-@pytest.mark.skipif(jax.device_count() > 6, reason="a chunk of 12 trials is rounded up to the devices")
+@pytest.mark.skipif(jax.device_count() > 5, reason="with a block for each device all 12 trials are one chunk")
 def test_a_map_in_pieces_and_interrupted_is_the_same_map(whole, tmp_path, monkeypatch, capsys):
     saves, save = [], table.Table.save
 
