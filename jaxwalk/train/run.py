@@ -198,12 +198,8 @@ class _Run:
         if self.store is None:
             return
         now = now or self._snapshot()
-        good = self.good or now
-        arrays = {f"now.{name}": x for name, x in now.arrays.items()}
-        arrays |= {f"good.{name}": x for name, x in good.arrays.items()}
-        notes = {"devices": self.mesh.size, "now": now.notes, "good": good.notes}
         self.folder.sync()  # no checkpoint knows of a row that a loss of power takes
-        self.store.save(Checkpoint(arrays, notes), wait)
+        self.store.save(checkpoint.of_run(now, self.good or now, self.mesh.size), wait)
         self.saved = time.perf_counter()
 
     def _save_if_due(self) -> None:
@@ -319,7 +315,7 @@ class _Run:
             record.compile_seconds += time.perf_counter() - self.started
         row = {"footsteps": footsteps, "seconds": self._seconds()}
         self._log(row | {f"eval/{name}": value for name, value in asdict(found).items()})
-        learned = self._policy(footsteps, found.score)
+        learned = self._policy(footsteps, found.score if np.isfinite(found.score) else None)
         policy.save(learned, self._candidate(footsteps))
         better = np.isfinite(found.score) and (
             not record.found or found.score > record.found[record.best].score
@@ -343,7 +339,7 @@ class _Run:
         """Where the policy of an evaluation is kept."""
         return self.folder.checkpoints / f"{footsteps:09d}.safetensors"
 
-    def _policy(self, footsteps: int, score: float) -> Policy:
+    def _policy(self, footsteps: int, score: float | None) -> Policy:
         return policy.from_learner(
             self.config,
             learner.averaged(self.state.learner),
@@ -355,8 +351,11 @@ class _Run:
 
     def _settle(self) -> list[dict[str, Any]]:
         """Keep the winner of the finals; gives the finalists' marks, the winner's first."""
-        self.progress.note("the best policies meet more pushes")
+        if self.config.train.finalists > 1:
+            self.progress.note("the best policies meet more pushes")
         settled = self.finals.settle()
+        if not settled:
+            return []
         winner = settled[0][0]
         self.record.best = winner.metadata.footsteps
         policy.save(winner, self.folder.policy)
@@ -364,6 +363,11 @@ class _Run:
 
     def _finish(self, footsteps: int) -> None:
         interrupted = self.stop.wanted
+        if not self.record.found:
+            raise UserError(
+                f"no evaluation of the run in {self.folder.path} came to a finite score: no policy "
+                "is kept; begin a run with other --physics, --gait or --body options"
+            )
         # Who interrupts wants to end: the best by the evaluations stands.
         finals = [] if interrupted else self._settle()
         self._write_summary(footsteps, interrupted, finals)
