@@ -87,7 +87,7 @@ class Programs:
         # What is earned is not looked at: policies trained for other rewards need no other program.
         task = replace(Task.of(subject.config, self._engine), reward=RewardConfig(), gamma=1.0)
         # Nor do other sizes and noises: each scenario brings its own.
-        body = BodyConfig(table=task.setup.body.table)
+        body = BodyConfig(table=task.setup.body.table, model=task.setup.body.model)
         sensors = replace(task.setup.sensors, noise=1.0)
         task = replace(task, setup=replace(task.setup, body=body, sensors=sensors))
         key = subject.act, task

@@ -44,7 +44,7 @@ class Walk:
     """What was walked.
 
     Attributes:
-      qpos: [N, 9] after each tick, the start first.
+      qpos: [N, D] after each tick, the start first.
       timestep: s.
       push: (start, end) of the push, s; None without one.
       fell: when, s; None if it never did.
@@ -61,7 +61,7 @@ class Walk:
 
 
 def _pose(after: Stepper) -> tuple[Array, Array, Array]:
-    """qpos [9], qvel [9] and whether it lies."""
+    """qpos [D], qvel [D] and whether it lies."""
     plant = after.walker.plant
     return plant.qpos, plant.qvel, after.terminated
 
@@ -101,7 +101,7 @@ def roll_out(subject: Subject, args: RenderArgs, model: mujoco.MjModel) -> Walk:
 
 
 def _collapse(model: mujoco.MjModel, qpos: np.ndarray, qvel: np.ndarray, ticks: int) -> np.ndarray:
-    """[ticks, 9] what becomes of a body that nothing holds up any more."""
+    """[ticks, D] what becomes of a body that nothing holds up any more."""
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = qpos, qvel
     rows = np.empty((ticks, len(qpos)))

@@ -124,7 +124,7 @@ def _let_go(spec: mujoco.MjSpec, damping: float) -> None:
 def model(config: Config) -> mujoco.MjModel:
     """The walker of ``config`` in C MuJoCo as it is drawn; stepped, it is a limp body that falls."""
     person = body_lib.build(config.body)
-    spec = mjcf.build(person, config.physics)
+    spec = mjcf.build(person, config.physics, config.body.model)
     _dress(spec)
     _let_go(spec, _LIMP_DAMPING * Similarity.of(person.height, person.mass).rotational_damping)
     return spec.compile()
@@ -168,7 +168,7 @@ class Stage:
         """One picture, [height, width, 3] bytes.
 
         Args:
-          qpos: [9] the pose. centre: x of the picture's middle, m.
+          qpos: [D] the pose. centre: x of the picture's middle, m.
         """
         self._data.qpos[:] = qpos
         mujoco.mj_forward(self._model, self._data)
