@@ -58,7 +58,7 @@ class Layout:
         legs = joints[..., len(self.root) :].reshape(*joints.shape[:-1], 2, len(self.leg))
         return legs[..., first : first + 3]
 
-    def actuated(self, joints: Float[Array, "D"]) -> Float[Array, "A"]:
+    def actuated(self, joints: Float[Array | np.ndarray, "D"]) -> Float[Array | np.ndarray, "A"]:
         """[A] those that an actuator moves, in the actuators' order, out of all joints' [D]."""
         commanded = self.sagittal(joints).reshape(6)
         if self.held is None:

@@ -15,7 +15,7 @@ from jaxwalk import config_io, files, results, subjects
 from jaxwalk.errors import UserError
 from jaxwalk.report.parts import Part
 
-_CHANGES = ("speed", "height", "mass", "noise")  # options that change the policy's configuration
+_CHANGES = ("speed", "height", "mass", "noise", "model")  # options that change the policy's configuration
 
 
 @dataclass(frozen=True)
