@@ -49,10 +49,11 @@ def count(sway: Sway, height: Float[Array, ""], body: Walker, seconds: Float[Arr
       seconds: the tick's; 0 for one that is not counted.
     """
     y, roll, yaw = body.plant.qpos[3:6]
-    hip = jnp.abs(y) + walls.REACH * height * jnp.abs(jnp.sin(yaw))
+    hip = jnp.abs(y) + walls.REACH * height * jnp.cos(roll) * jnp.abs(jnp.sin(yaw))
     shoulder = jnp.abs(y - walls.SHOULDER * height * jnp.sin(roll))
+    narrower = walls.BREADTH * height * (1 - jnp.cos(roll) * jnp.cos(yaw))  # a trunk that turns aside
     counted = Sway(
-        play=jnp.maximum(sway.play, jnp.maximum(hip, shoulder)),
+        play=jnp.maximum(sway.play, jnp.maximum(hip, shoulder) - narrower),
         roll_high=jnp.maximum(sway.roll_high, roll),
         roll_low=jnp.minimum(sway.roll_low, roll),
         yaw_high=jnp.maximum(sway.yaw_high, yaw),

@@ -3,7 +3,6 @@
 In C MuJoCo throughout; that MJX moves it alike is told in test_walls_physics.py.
 """
 
-
 import mujoco
 import numpy as np
 import pytest

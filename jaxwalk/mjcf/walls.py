@@ -19,6 +19,7 @@ from jaxwalk.similarity import Similarity
 GAP = 0.01 / 1.8  # fraction of height, between the trunk in the middle and each wall
 _RADIUS = 0.005  # fraction of height, of what touches the walls
 REACH = parts.TRUNK_DEPTH - _RADIUS  # fraction of height: of the hip's points, ahead and behind
+BREADTH = parts.TRUNK_BREADTH - _RADIUS  # fraction of height: of the points' centres, left and right
 SHOULDER = HIP_TO_SHOULDER  # fraction of height, over the hip
 _WALL_TIMECONST = 0.02  # s; softer than the soles', which carry more and must not slide
 _AXES = ("SLIDE x", "SLIDE z", "HINGE y", "SLIDE y", "HINGE x", "HINGE z")
@@ -65,7 +66,7 @@ def _hold(spec: mujoco.MjSpec, side: str, scale: Similarity, physics: PhysicsCon
 def _wall(spec: mujoco.MjSpec, torso: mujoco.MjsBody, side: str, body: Body) -> None:
     """A wall, what of the trunk touches it, and the site that feels it."""
     left = 1.0 if side == "left" else -1.0
-    depth, breadth = parts.TRUNK_DEPTH * body.height, parts.TRUNK_BREADTH * body.height
+    breadth = parts.TRUNK_BREADTH * body.height
     radius, shoulder = _RADIUS * body.height, SHOULDER * body.height
     spec.worldbody.add_geom(
         name=f"wall_{side}",
@@ -77,7 +78,7 @@ def _wall(spec: mujoco.MjSpec, torso: mujoco.MjsBody, side: str, body: Body) -> 
         conaffinity=0,
         group=parts.COLLIDES,
     )
-    y, reach = left * (breadth - radius), REACH * body.height
+    y, reach = left * BREADTH * body.height, REACH * body.height
     torso.add_geom(
         name=f"hip_{side}",
         type=mujoco.mjtGeom.mjGEOM_CAPSULE,
@@ -102,6 +103,6 @@ def _wall(spec: mujoco.MjSpec, torso: mujoco.MjsBody, side: str, body: Body) -> 
         name=f"flank_{side}",
         type=mujoco.mjtGeom.mjGEOM_BOX,
         pos=[0, left * breadth, shoulder / 2],
-        size=[2 * depth, breadth / 2, body.torso.length],
+        size=[2 * reach, breadth / 2, body.torso.length],
         rgba=[0, 0, 0, 0],
     )
