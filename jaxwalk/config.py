@@ -54,7 +54,7 @@ class PhysicsConfig:
     tolerance: float = 1e-6
     """The solver stops early when its scaled improvement falls below this."""
     contact_timeconst: float = 0.006
-    """Time constant of foot contact (MuJoCo solref[0]), s; at least two ticks."""
+    """Time constant of contacts (MuJoCo solref[0]), s; at least two ticks."""
     friction: float = 0.9
     """Sliding friction between sole and floor."""
     hip_gain: float = 290.0

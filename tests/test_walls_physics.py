@@ -95,9 +95,15 @@ def test_its_play_is_the_gap(walked):
 
 def test_mjx_moves_it_as_c_does(replayed):
     theirs, walls, ours, readings = replayed
-    # What a landing foot's float32 allows in the plane too (test_physics.py), a light foot's edge included.
+    # A tick: where no foot lands, float32 alone, as in the plane (test_physics.py). Where one does, three
+    # iterations may stop short, and the foot (1 kg, some 0.001 kg m^2 about its long axis) shows it first.
     tick = np.abs(ours.qvel[:, 0] - theirs.qvel[:, 0]).max(1)
-    print(np.sort(tick))
+    assert np.quantile(tick, 0.75) < 1e-3 and tick.max() < 0.5
+    # Positions enter rounded to 1e-7 m; against 1 MN/m of contact stiffness that is 0.1 N.
+    np.testing.assert_allclose(readings.walls[:, 0], walls[:, 0], atol=2.0)
+    assert (walls[:, 0] > 20).any()
+    # A tenth of a second: the plane's bounds hold.
     off = np.abs(ours.qpos - theirs.qpos)[:, :, :3].max((1, 2))
-    print(np.sort(off), np.abs(readings.walls[:, 0] - walls[:, 0]).max(1))
-    assert np.median(off) < 2e-4
+    assert np.median(off) < 2e-5
+    assert np.quantile(off, 0.8) < 2e-3
+    assert off.max() < 6e-3

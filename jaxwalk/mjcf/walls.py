@@ -21,7 +21,6 @@ _RADIUS = 0.005  # fraction of height, of what touches the walls
 REACH = parts.TRUNK_DEPTH - _RADIUS  # fraction of height: of the hip's points, ahead and behind
 BREADTH = parts.TRUNK_BREADTH - _RADIUS  # fraction of height: of the points' centres, left and right
 SHOULDER = HIP_TO_SHOULDER  # fraction of height, over the hip
-_WALL_TIMECONST = 0.02  # s; softer than the soles', which carry more and must not slide
 _AXES = ("SLIDE x", "SLIDE z", "HINGE y", "SLIDE y", "HINGE x", "HINGE z")
 
 
@@ -48,7 +47,7 @@ def build(body: Body, physics: PhysicsConfig) -> mujoco.MjSpec:
         parts.servos(spec, side, scale, physics)
     for side in SIDES:
         _hold(spec, side, scale, physics)
-        _wall(spec, torso, side, body)
+        _wall(spec, torso, side, body, physics)
     parts.instruments(spec)
     for side in SIDES:
         parts.sensor(spec, f"wall_{side}", "TOUCH", f"flank_{side}")
@@ -63,7 +62,7 @@ def _hold(spec: mujoco.MjSpec, side: str, scale: Similarity, physics: PhysicsCon
     parts.actuator(spec, f"abduction_{side}", limit, integral, (-integral, -proportional))
 
 
-def _wall(spec: mujoco.MjSpec, torso: mujoco.MjsBody, side: str, body: Body) -> None:
+def _wall(spec: mujoco.MjSpec, torso: mujoco.MjsBody, side: str, body: Body, physics: PhysicsConfig) -> None:
     """A wall, what of the trunk touches it, and the site that feels it."""
     left = 1.0 if side == "left" else -1.0
     breadth = parts.TRUNK_BREADTH * body.height
@@ -97,7 +96,7 @@ def _wall(spec: mujoco.MjSpec, torso: mujoco.MjsBody, side: str, body: Body) -> 
             geomname1=f"wall_{side}",
             geomname2=name,
             condim=1,
-            solref=[_WALL_TIMECONST, 1.0],
+            solref=[physics.contact_timeconst, 1.0],
         )
     torso.add_site(
         name=f"flank_{side}",
