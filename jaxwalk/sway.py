@@ -70,8 +70,7 @@ class Swayed:
 
     Attributes:
       gap: between the trunk in the middle and each wall, m.
-      play: how far aside of the middle a point of the trunk that can touch a wall has been, m; what it
-        exceeds the gap by, it sank into a wall.
+      play: how far aside of the middle a point of the trunk that can touch a wall has been, m.
       roll_amplitude, yaw_amplitude: half of peak to peak over the whole walk, rad.
       force_mean: of both walls together, over time, N.
       force_largest: of one wall, N.

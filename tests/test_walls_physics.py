@@ -79,14 +79,14 @@ def test_it_walks_with_the_nominal_step(walked):
 def test_its_play_is_the_gap(walked):
     _, _, walls, _, counted = walked
     gap, seconds = 0.01 / 1.8 * HEIGHT, np.full(ROWS, (TICKS - SETTLED) * DT)
-    # It leans on its walls, and sinks into them by less than a millimetre: MuJoCo's contacts are soft.
-    assert (counted.play > gap).all() and (counted.play < gap + 0.001).all()
+    # It leans on its walls, whose last 2 mm give way.
+    assert (counted.play > gap - 0.002).all() and (counted.play < gap).all()
     told = sway.told(jax.tree.map(lambda x: x[:8], counted), seconds[:8], 1.8)
     assert told.gap == pytest.approx(0.01) and told.play == counted.play[:8].max()
     # Hip and shoulder, 0.5184 m apart, each have the gap on either side. The hip's ends, 0.081 m from its
     # middle, reach it at 0.143 rad, the trunk being narrower by then.
-    assert 0.01 < told.roll_amplitude < 0.02 / 0.5184 + 0.004
-    assert told.yaw_amplitude < 0.143 + 0.01
+    assert 0.01 < told.roll_amplitude < 0.02 / 0.5184
+    assert told.yaw_amplitude < 0.143
     late = slice(SETTLED, None)
     np.testing.assert_allclose(told.force_mean, walls[:8, late].sum(2).mean(), rtol=1e-4)
     np.testing.assert_allclose(told.force_largest, walls[:8, late].max(), rtol=1e-6)

@@ -17,6 +17,7 @@ from jaxwalk.mjcf.layout import SIDES, WALLS
 from jaxwalk.similarity import Similarity
 
 GAP = 0.01 / 1.8  # fraction of height, between the trunk in the middle and each wall
+LINING = 0.002  # m of that, in which a wall gives way: MuJoCo's contacts are soft
 _RADIUS = 0.005  # fraction of height, of what touches the walls
 REACH = parts.TRUNK_DEPTH - _RADIUS  # fraction of height: of the hip's points, ahead and behind
 BREADTH = parts.TRUNK_BREADTH - _RADIUS  # fraction of height: of the points' centres, left and right
@@ -96,6 +97,7 @@ def _wall(spec: mujoco.MjSpec, torso: mujoco.MjsBody, side: str, body: Body, phy
             geomname1=f"wall_{side}",
             geomname2=name,
             condim=1,
+            margin=LINING,
             solref=[physics.contact_timeconst, 1.0],
         )
     torso.add_site(
