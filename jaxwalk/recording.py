@@ -138,13 +138,11 @@ class Loop:
         """A walker that has just landed; ``seed`` is of its start and its noise."""
         return self._start(*self._person, jax.random.key(seed))
 
-    def pushed(self, state: Stepper, shove: Shove, tick: Int[Array, ""] | None = None) -> Stepper:
-        """``state``, to be pushed from ``tick`` on; by default at ``shove.time``."""
+    def pushed(self, state: Stepper, shove: Shove) -> Stepper:
+        """``state``, to be pushed when its life comes to ``shove.time``."""
         dt = self.timestep
-        begin = jnp.int32(round(shove.time / dt)) if tick is None else tick
-        push = pushes.of_impulse(
-            jnp.float32(shove.impulse), begin, shove.duration, dt, jnp.float32(shove.height)
-        )
+        begin, height = jnp.int32(round(shove.time / dt)), jnp.float32(shove.height)
+        push = pushes.of_impulse(jnp.float32(shove.impulse), begin, shove.duration, dt, height)
         return state.replace(walker=state.walker.replace(push=push))
 
     def advance(self, state: Stepper) -> tuple[Stepper, Ticks]:

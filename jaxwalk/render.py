@@ -23,17 +23,13 @@ from jaxwalk.stage import Arrow, Stage
 if TYPE_CHECKING:
     from jaxwalk.cli.render import RenderArgs
 
-FADE_SECONDS = 0.35  # a push is over within three frames: its arrow fades more slowly
 UPRIGHT, LYING = 0.62, 0.95  # width of a pose in the strip, in units of its height
 
 INK, FAINT, RED = (40, 44, 52), (120, 127, 138), (196, 24, 40)
 
 
 def _arrow(walk: Walk, args: RenderArgs, second: float) -> Arrow | None:
-    if walk.push is None or second < walk.push[0]:
-        return None
-    strength = 1 - max(0.0, second - walk.push[1]) / FADE_SECONDS
-    return Arrow(args.push, args.push_height, strength) if strength > 0 else None
+    return Arrow.at(args.push, args.push_height, walk.push, second)
 
 
 def film(walk: Walk, stage: Stage, args: RenderArgs, fps: float) -> Iterator[np.ndarray]:
