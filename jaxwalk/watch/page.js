@@ -296,7 +296,7 @@
     if (on && time >= lasts(walk()) - 1e-9) time = 0;
     const began = on && !playing;
     playing = on;
-    byId("play").setAttribute("aria-pressed", on);
+    byId("play").classList.toggle("playing", on);
     byId("play-word").textContent = on ? "Pause" : "Play";
     if (began) { let before = null; requestAnimationFrame(function frame(now) {
       if (!playing) return;

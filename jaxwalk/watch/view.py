@@ -142,5 +142,5 @@ def _texts(session: Session, wishes: Wishes, name: str, pace: float) -> list[tup
     font, grid = mujoco.mjtFontScale.mjFONTSCALE_150, mujoco.mjtGridPos
     return [
         (font, grid.mjGRID_TOPLEFT, "\n".join(lines), "\n".join(lines.values())),
-        (font, grid.mjGRID_BOTTOMLEFT, *("\n".join(column) for column in zip(*keys.HELP, strict=True))),
+        (font, grid.mjGRID_BOTTOMLEFT, "\n".join(dict(keys.HELP)), "\n".join(dict(keys.HELP).values())),
     ]
