@@ -101,7 +101,7 @@ def test_ctrl_c_is_one_line_and_130(jaxwalk_cli, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(sys.modules["jaxwalk.bench"], "main", interrupted)
+    monkeypatch.setattr(sys.modules["jaxwalk.bench.command"], "main", interrupted)
     assert jaxwalk_cli("bench") == (130, "", "jaxwalk: interrupted\n")
 
 
