@@ -9,6 +9,7 @@ import pytest
 
 from jaxwalk import body, c_mujoco, mjcf, physics
 from jaxwalk.config import BodyConfig, Config, PhysicsConfig
+from jaxwalk.watch import figure
 
 CONFIG = Config(body=BodyConfig(model="walls"))
 GAP = 0.01  # m, at 1.8 m
@@ -195,3 +196,15 @@ def test_sliding_along_a_wall_costs_no_energy():
     assert abs(lost) < 0.05
     lost, slowed, _ = pressed(rub)
     assert lost > 1.5 and slowed > 1.5
+
+
+def test_seen_from_the_side_it_is_the_planar_walker():
+    """The page that replays walks draws both alike: the same figure, from the same nine coordinates."""
+    config = CONFIG.body
+    flat, free = (
+        figure.figure(physics.compile_mujoco(BodyConfig(model=name), CONFIG.physics))
+        for name in ("planar", config.model)
+    )
+    assert free == flat
+    joints = mjcf.WALLS.planar(np.arange(16.0)[None])[0]
+    assert [mjcf.WALLS.joints[int(i)] for i in joints] == list(mjcf.PLANAR.joints)

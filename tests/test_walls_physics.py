@@ -5,7 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import controllers, mjcf, sway, walker
+from jaxwalk import controllers, evaluate, mjcf, subjects, sway, walker
+from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.config import BodyConfig, Config
 
 CONFIG = Config(body=BodyConfig(model="walls"))
@@ -107,3 +108,17 @@ def test_mjx_moves_it_as_c_does(replayed):
     assert np.median(off) < 2e-5
     assert np.quantile(off, 0.8) < 2e-3
     assert off.max() < 6e-3
+
+
+@pytest.mark.slow
+def test_an_evaluation_tells_of_the_walls():
+    args = EvaluateArgs(
+        policy="fixed", walkers=4, seconds=8.0, impulses=(-20.0,), phases=2, replicas=2, engine="mujoco"
+    )
+    result = evaluate.evaluate(subjects.load("fixed", model="walls"), args)
+    assert result["walking"]["survival"] == 1.0 and result["config"]["body"]["model"] == "walls"
+    assert result["walking"]["speed_mean"] == pytest.approx(1.0, abs=0.1)
+    assert np.mean(result["pushes"]["survival"]) == 1.0
+    for told in result["walls"].values():
+        assert told["gap"] - 0.002 < told["play"] < told["gap"] == pytest.approx(0.01)
+        assert told["force_mean"] < told["force_largest"]

@@ -58,6 +58,11 @@ class Layout:
         legs = joints[..., len(self.root) :].reshape(*joints.shape[:-1], 2, len(self.leg))
         return legs[..., first : first + 3]
 
+    def planar(self, joints: Joints) -> np.ndarray:
+        """[..., 9] those of the planar model, out of all joints' [..., D]: the walk as seen from the side."""
+        legs = np.asarray(self.sagittal(joints)).reshape(*joints.shape[:-1], 6)
+        return np.concatenate([joints[..., :3], legs], axis=-1)
+
     def actuated(self, joints: Float[Array | np.ndarray, "D"]) -> Float[Array | np.ndarray, "A"]:
         """[A] those that an actuator moves, in the actuators' order, out of all joints' [D]."""
         commanded = self.sagittal(joints).reshape(6)

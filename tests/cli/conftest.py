@@ -13,7 +13,12 @@ from jaxwalk.cli import main
 def called(monkeypatch):
     """What the commands hand on: a list of argument tuples."""
     calls = []
-    modules = {"train": ("run", "resume"), "evaluate": ("main",), "render": ("main",), "bench": ("main",)}
+    modules = {
+        "train": ("run", "resume"),
+        "evaluate": ("main",),
+        "render": ("main",),
+        "bench.command": ("main",),
+    }
     for module, functions in modules.items():
         recorder = types.SimpleNamespace(**{name: lambda *args: calls.append(args) for name in functions})
         monkeypatch.setitem(sys.modules, f"jaxwalk.{module}", recorder)
