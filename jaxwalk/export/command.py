@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,8 +10,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import config_io, files, policy, subjects
-from jaxwalk.config import Config
+from jaxwalk import files, policy, subjects
 from jaxwalk.errors import UserError
 from jaxwalk.export import c, manifest, onnx, selftest, stablehlo, tensors
 
@@ -40,8 +38,9 @@ def load(name: str) -> tuple[policy.Policy, dict[str, Any]]:
         raise UserError(
             f"policy {name!r} is a rule, not trained: give a run folder, a policy file or shipped"
         )
-    trained = policy.load(subjects.file(name))
-    config = config_io.from_dict(Config, json.loads(trained.metadata.config))
+    path = subjects.file(name)
+    trained = policy.load(path)
+    config = subjects.configured(path, trained)
     return trained, manifest.build(trained, config)
 
 
