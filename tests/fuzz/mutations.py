@@ -18,7 +18,8 @@ for _ in range(100):
     _DEEP = [_DEEP]
 HOSTILE = (
     None, True, False, 0, -1, 1, 2**31, 2**63, -(10**30), 0.5, -0.5, 1e308, -1e308, 5e-324, math.nan,
-    math.inf, "", "x", "winter", "\x1b[2J\nsecond line", "\ud800", "../../etc", "9" * 1000, [], {}, [[]], [0.0] * 9,
+    math.inf, "", "x", "winter", "\x1b[2J\nsecond line",
+    "\ud800", "../../etc", "9" * 1000, [], {}, [[]], [0.0] * 9,
     [None, "a"], {"a": 1}, _DEEP,
 )  # fmt: skip
 
