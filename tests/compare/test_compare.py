@@ -120,7 +120,7 @@ def test_other_controllers_are_told(runs):
 @pytest.mark.parametrize(
     ("summary", "said"),
     [
-        ("{", "summary.json is not JSON"),
+        ("{", "summary.json: not JSON"),
         ("[1]", "summary.json holds no summary"),
         ('{"footsteps": "many"}', "footsteps is 'many', not a number"),
     ],
