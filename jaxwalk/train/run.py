@@ -315,7 +315,7 @@ class _Run:
             record.compile_seconds += time.perf_counter() - self.started
         row = {"footsteps": footsteps, "seconds": self._seconds()}
         self._log(row | {f"eval/{name}": value for name, value in asdict(found).items()})
-        learned = self._policy(footsteps, found.score if np.isfinite(found.score) else None)
+        learned = self._policy(footsteps, found.score)
         policy.save(learned, self._candidate(footsteps))
         better = np.isfinite(found.score) and (
             not record.found or found.score > record.found[record.best].score
@@ -339,7 +339,7 @@ class _Run:
         """Where the policy of an evaluation is kept."""
         return self.folder.checkpoints / f"{footsteps:09d}.safetensors"
 
-    def _policy(self, footsteps: int, score: float | None) -> Policy:
+    def _policy(self, footsteps: int, score: float) -> Policy:
         return policy.from_learner(
             self.config,
             learner.averaged(self.state.learner),
