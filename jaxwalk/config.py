@@ -307,6 +307,8 @@ class TrainConfig:
     """Windows between two lines of metrics; the loop runs on the device for so long."""
     evaluations: int = 16
     """Evaluations spread over training; the best ones' policies meet in the finals."""
+    finalists: int = 3
+    """How many meet there, under more pushes (1: none do, the best evaluation decides)."""
     checkpoint_seconds: float = 60.0
     """Least time between two checkpoints for ``--resume``; they are begun between reports, s (0: none)."""
     divergence_limit: int = 100

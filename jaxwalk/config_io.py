@@ -80,7 +80,8 @@ _POSITIVE = """
     physics.hip_gain physics.hip_limit physics.knee_stiffness physics.knee_damping physics.knee_limit
     physics.ankle_limit pushes.duration ddpg.actor_lr ddpg.critic_lr ddpg.batch_size
     ddpg.replay_capacity ddpg.noise_spread ddpg.policy_delay train.walkers train.footsteps train.window_ticks
-    train.episode_seconds train.windows_per_report train.evaluations train.divergence_events
+    train.episode_seconds train.windows_per_report train.evaluations train.finalists
+    train.divergence_events
 """.split()
 _NOT_NEGATIVE = """
     physics.tolerance sensors.noise pushes.rate reward.speed_tolerance

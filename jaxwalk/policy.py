@@ -133,6 +133,7 @@ def of_parts(
     Args:
       actor: parameters of ``networks.Actor`` with ``config.ddpg.hidden``.
       mean, std: of the observation. clip: of the normalised one.
+      score: of its evaluation; one that is not finite is none.
     """
     gait = config.gait
     metadata = Metadata(
@@ -146,7 +147,7 @@ def of_parts(
         seed=seed,
         command=command,
         footsteps=footsteps,
-        score=score,
+        score=score if score is not None and math.isfinite(score) else None,
         jaxwalk_version=_version(),
     )
     return Policy(actor, mean, std, metadata)

@@ -60,10 +60,10 @@ _QUICK = Config(
     train=TrainConfig(footsteps=20_000, evaluations=10),
 )
 
-# Seconds of work once compiled, and a minute of finals: does everything that training does, learns nothing.
+# Seconds of work once compiled: does everything that training does, learns nothing.
 _SMOKE = Config(
     ddpg=DDPGConfig(hidden=(32, 32), batch_size=32, replay_capacity=2_048, warmup=64, critic_head_start=10),
-    train=TrainConfig(walkers=8, footsteps=400, episode_seconds=5.0, evaluations=1),
+    train=TrainConfig(walkers=8, footsteps=400, episode_seconds=5.0, evaluations=1, finalists=1),
 )
 
 PRESETS: dict[str, Config] = {"default": Config(), "quick": _QUICK, "paper": _PAPER, "smoke": _SMOKE}

@@ -2,135 +2,39 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 import tempfile
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import imageio.v2 as imageio
-import jax
-import jax.numpy as jnp
-import mujoco
 import numpy as np
-from jaxtyping import Array
 from PIL import Image, ImageDraw, ImageFont
 from rich.console import Console
 from rich.progress import track
 
-from jaxwalk import pushes, rollout, stage, stepper, subjects
+from jaxwalk import recording, stage, subjects
 from jaxwalk.errors import UserError
+from jaxwalk.recording import SEGMENT, Loop, Shove, Walk, camera_path
 from jaxwalk.stage import Arrow, Stage
-from jaxwalk.stepper import Stepper, Task
-from jaxwalk.subjects import Subject
 
 if TYPE_CHECKING:
     from jaxwalk.cli.render import RenderArgs
 
-SEGMENT = 50  # decision windows in one call of the compiled program, whatever the seconds asked for
-FALL_SECONDS = 1.2  # of film after a fall
-FADE_SECONDS = 0.35  # a push is over within three frames: its arrow fades more slowly
-CAMERA_SECONDS = 1.2  # over which the camera's way is smoothed: the hip's pace within a step is not followed
 UPRIGHT, LYING = 0.62, 0.95  # width of a pose in the strip, in units of its height
 
 INK, FAINT, RED = (40, 44, 52), (120, 127, 138), (196, 24, 40)
 
 
-@dataclass(frozen=True)
-class Walk:
-    """What was walked.
-
-    Attributes:
-      qpos: [N, 9] after each tick, the start first.
-      timestep: s.
-      push: (start, end) of the push, s; None without one.
-      fell: when, s; None if it never did.
-    """
-
-    qpos: np.ndarray
-    timestep: float
-    push: tuple[float, float] | None
-    fell: float | None
-
-    @property
-    def seconds(self) -> float:
-        return (len(self.qpos) - 1) * self.timestep
-
-
-def _pose(after: Stepper) -> tuple[Array, Array, Array]:
-    """qpos [9], qvel [9] and whether it lies."""
-    plant = after.walker.plant
-    return plant.qpos, plant.qvel, after.terminated
-
-
-def roll_out(subject: Subject, args: RenderArgs, model: mujoco.MjModel) -> Walk:
-    """Walk for ``args.seconds``, or until `FALL_SECONDS` after a fall.
-
-    Args:
-      model: the limp body, which falls on where the walker has lost.
-    """
-    config, dt = subject.config, subject.config.physics.timestep
-    task = dataclasses.replace(Task.of(config), episode_ticks=pushes.NEVER)
-    ticks = round(args.seconds / dt)
-    start = jax.jit(partial(stepper.start, task, config.gait))
-    person = (config.body.height, config.body.mass, config.sensors.noise)
-    state = start(*map(jnp.float32, person), jax.random.key(args.seed))
-    push = pushes.none()
-    if args.push:
-        begin, height = jnp.int32(round(args.push_time / dt)), jnp.float32(args.push_height)
-        push = pushes.of_impulse(jnp.float32(args.push), begin, args.push_duration, dt, height)
-    state = state.replace(walker=state.walker.replace(push=push))
-
-    segment = jax.jit(partial(rollout.segment, task, subject.act, SEGMENT, rollout.watched(_pose)))
-    qpos, fell = [np.asarray(state.walker.plant.qpos)[None]], None
-    for walked in range(0, ticks, SEGMENT * task.setup.window_ticks):
-        state, rows = segment(subject.params, state)
-        poses, rates, lies = (np.asarray(x)[: ticks - walked] for x in rows)
-        if lies.any():
-            last = int(lies.argmax())
-            fell = (walked + last + 1) * dt
-            limp = min(round(FALL_SECONDS / dt), ticks - walked - last - 1)
-            qpos += [poses[: last + 1], _collapse(model, poses[last], rates[last], limp)]
-            break
-        qpos.append(poses)
-    acts = (int(push.start) * dt, int(push.start + push.ticks) * dt) if args.push else None
-    return Walk(np.concatenate(qpos), dt, acts, fell)
-
-
-def _collapse(model: mujoco.MjModel, qpos: np.ndarray, qvel: np.ndarray, ticks: int) -> np.ndarray:
-    """[ticks, 9] what becomes of a body that nothing holds up any more."""
-    data = mujoco.MjData(model)
-    data.qpos[:], data.qvel[:] = qpos, qvel
-    rows = np.empty((ticks, len(qpos)))
-    for row in rows:
-        mujoco.mj_step(model, data)
-        row[:] = data.qpos
-    return rows
-
-
-def _camera_path(walk: Walk) -> np.ndarray:
-    """[N] x of the picture's middle, m: the hip's, smoothed to both sides so that it does not lag."""
-    half = min(round(CAMERA_SECONDS / walk.timestep / 2), len(walk.qpos) - 1)
-    if half == 0:
-        return walk.qpos[:, 0]
-    padded = np.pad(walk.qpos[:, 0], half, mode="reflect", reflect_type="odd")
-    window = np.hanning(2 * half + 3)[1:-1]
-    return np.convolve(padded, window / window.sum(), mode="valid")
-
-
 def _arrow(walk: Walk, args: RenderArgs, second: float) -> Arrow | None:
-    if walk.push is None or second < walk.push[0]:
-        return None
-    strength = 1 - max(0.0, second - walk.push[1]) / FADE_SECONDS
-    return Arrow(args.push, args.push_height, strength) if strength > 0 else None
+    return Arrow.at(args.push, args.push_height, walk.push, second)
 
 
 def film(walk: Walk, stage: Stage, args: RenderArgs, fps: float) -> Iterator[np.ndarray]:
     """The frames, [height, width, 3] bytes each."""
-    path = _camera_path(walk)
+    path = camera_path(walk)
     font = _font(args.height_px / 22)
     margin = args.height_px // 22
     for i in range(int(walk.seconds * fps) + 1):
@@ -165,7 +69,7 @@ def strip(walk: Walk, stage: Stage, args: RenderArgs, times: np.ndarray, band: i
       stage: as wide as one pose, and lower than the picture by ``band``.
       times: [P] of the poses, s. band: height of the time axis, pixels.
     """
-    path = _camera_path(walk)
+    path = camera_path(walk)
     picture = Image.new("RGB", (args.width, args.height_px), "white")
     pen, font = ImageDraw.Draw(picture), _font(band * 0.36)
     wide, axis = args.width / len(times), args.height_px - band
@@ -209,8 +113,9 @@ def main(args: RenderArgs) -> None:
     stage.choose_backend()  # before the walk, which takes its time
     console = Console()
     model = stage.model(subject.config)
+    shove = Shove(args.push, args.push_time, args.push_duration, args.push_height) if args.push else None
     with console.status("walking"):
-        walk = roll_out(subject, args, model)
+        walk = recording.record(Loop(subject, SEGMENT), model, args.seconds, args.seed, shove)
     draw = _write_strip if args.out.suffix.lower() == ".png" else _write_film
     try:
         with tempfile.TemporaryDirectory(dir=args.out.parent, prefix=f".{args.out.name}.") as folder:

@@ -18,6 +18,8 @@ from jaxwalk.config import REFERENCE_HEIGHT, Config
 from jaxwalk.errors import UserError
 from jaxwalk.similarity import Similarity
 
+FADE_SECONDS = 0.35  # a push is over within three pictures: its arrow fades more slowly
+
 _BACKENDS = ("egl", "osmesa")  # both draw without a display; EGL is the faster
 _PROBE = "import mujoco; mujoco.Renderer(mujoco.MjModel.from_xml_string('<mujoco/>'), 8, 8)"
 _MISSING = (
@@ -53,6 +55,16 @@ class Arrow:
     impulse: float
     height: float
     strength: float
+
+    @classmethod
+    def at(
+        cls, impulse: float, height: float, push: tuple[float, float] | None, second: float
+    ) -> Arrow | None:
+        """How a push that acts from ``push[0]`` to ``push[1]`` s looks at ``second``; None: not at all."""
+        if push is None or second < push[0]:
+            return None
+        strength = 1 - max(0.0, second - push[1]) / FADE_SECONDS
+        return cls(impulse, height, strength) if strength > 0 else None
 
 
 def _dress(spec: mujoco.MjSpec) -> None:
@@ -155,8 +167,7 @@ class Stage:
         self._options = mujoco.MjvOption()
         self._options.sitegroup[:] = 0
         self._camera = mujoco.MjvCamera()
-        self._camera.azimuth, self._camera.elevation = _AZIMUTH, _ELEVATION
-        self._camera.distance = VIEW * self._scale / (2 * np.tan(np.radians(_FOVY / 2)))
+        aim(self._camera, stature)
 
     def __enter__(self) -> Stage:
         return self
@@ -177,25 +188,37 @@ class Stage:
         scene = self._renderer.scene
         scene.flags[mujoco.mjtRndFlag.mjRND_HAZE] = True
         if arrow is not None:
-            self._add(scene, arrow)
+            add_arrow(scene, self._model, self._data, arrow, self._scale)
         return self._renderer.render()
 
-    def _add(self, scene: mujoco.MjvScene, arrow: Arrow) -> None:
-        imu = self._data.site("imu")
-        forward, _, up = imu.xmat.reshape(3, 3).T
-        away = -np.sign(arrow.impulse)
-        depth = self._model.geom("trunk").size[0]
-        tip = imu.xpos + arrow.height * up + away * depth * forward
-        tail = tip + [away * self._scale * min(0.2 + 0.006 * abs(arrow.impulse), 0.55), 0.0, 0.0]
-        geom = scene.geoms[scene.ngeom]
-        rgba = np.array([*_PUSH, arrow.strength], np.float32)
-        mujoco.mjv_initGeom(
-            geom, mujoco.mjtGeom.mjGEOM_ARROW, np.zeros(3), np.zeros(3), np.eye(3).ravel(), rgba
-        )
-        mujoco.mjv_connector(geom, mujoco.mjtGeom.mjGEOM_ARROW, 0.035 * self._scale, tail, tip)
-        geom.size[2] = 2 * np.linalg.norm(tip - tail)  # MuJoCo draws an arrow half as long as it says
-        geom.emission = 0.4
-        scene.ngeom += 1
+
+def aim(camera: mujoco.MjvCamera, stature: float) -> None:
+    """From the right, a little from behind and above, as far off as fits a walker."""
+    camera.azimuth, camera.elevation = _AZIMUTH, _ELEVATION
+    camera.distance = VIEW * stature / REFERENCE_HEIGHT / (2 * np.tan(np.radians(_FOVY / 2)))
+
+
+def add_arrow(
+    scene: mujoco.MjvScene, model: mujoco.MjModel, data: mujoco.MjData, arrow: Arrow, scale: float
+) -> None:
+    """A push, drawn onto the walker that ``data`` has posed.
+
+    Args:
+      scale: of the walker, against the reference body.
+    """
+    imu = data.site("imu")
+    forward, _, up = imu.xmat.reshape(3, 3).T
+    away = -np.sign(arrow.impulse)
+    depth = model.geom("trunk").size[0]
+    tip = imu.xpos + arrow.height * up + away * depth * forward
+    tail = tip + [away * scale * min(0.2 + 0.006 * abs(arrow.impulse), 0.55), 0.0, 0.0]
+    geom = scene.geoms[scene.ngeom]
+    rgba = np.array([*_PUSH, arrow.strength], np.float32)
+    mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_ARROW, np.zeros(3), np.zeros(3), np.eye(3).ravel(), rgba)
+    mujoco.mjv_connector(geom, mujoco.mjtGeom.mjGEOM_ARROW, 0.035 * scale, tail, tip)
+    geom.size[2] = 2 * np.linalg.norm(tip - tail)  # MuJoCo draws an arrow half as long as it says
+    geom.emission = 0.4
+    scene.ngeom += 1
 
 
 def choose_backend() -> None:

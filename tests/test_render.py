@@ -1,6 +1,7 @@
 """Pictures: they are there, of the size asked for, and show a walker, its push and its fall."""
 
 import subprocess
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -9,11 +10,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from jaxwalk import render, stage
+from jaxwalk import recording, render, stage
 from jaxwalk.cli.render import RenderArgs
 from jaxwalk.config import Config
 from jaxwalk.errors import UserError
-from jaxwalk.render import Walk
+from jaxwalk.recording import Walk
 from jaxwalk.stage import Stage
 
 STANDING = np.array([0.0, 0.952, 0.05, 0.35, 0.0, -0.3, -0.25, 0.0, 0.3])
@@ -39,7 +40,7 @@ def walk():
     """One pose carried along at 1 m/s for 1.2 s, pushed from 0.5 to 0.6 s."""
     qpos = np.tile(STANDING, (601, 1))
     qpos[:, 0] = np.arange(601) * 0.002
-    return Walk(qpos, 0.002, (0.5, 0.6), None)
+    return Walk(qpos, 0.002, (0.5, 0.6), None, np.ones(601), ())
 
 
 def _args(out, **changes):
@@ -61,7 +62,7 @@ def test_poses_are_evenly_spaced_and_one_shows_the_push():
 
 
 def test_the_camera_follows_without_lag(walk):
-    np.testing.assert_allclose(render._camera_path(walk), walk.qpos[:, 0], atol=1e-6)
+    np.testing.assert_allclose(recording.camera_path(walk), walk.qpos[:, 0], atol=1e-6)
 
 
 def test_strip(walk, stage_of, tmp_path):
@@ -69,7 +70,7 @@ def test_strip(walk, stage_of, tmp_path):
     render._write_strip(out, walk, stage_of, _args(out))
     picture = imageio.imread(out)
     assert picture.shape == (120, 320, 3) and picture.std() > 20
-    plain = Walk(walk.qpos, walk.timestep, None, None)
+    plain = replace(walk, push=None)
     render._write_strip(out, plain, stage_of, _args(out, push=0.0))
     assert _reds(picture) > 50 > 5 > _reds(imageio.imread(out)), "no push to be seen, or one that was none"
 
@@ -86,7 +87,7 @@ def test_film(walk, stage_of, tmp_path, name):
 
 def test_the_fallen_lie_on_the_floor(model):
     pose = STANDING + np.array([0, 0, 0.8, 0, 0, 0, 0, 0, 0])
-    fall = render._collapse(model, pose, np.zeros(9), 1000)
+    fall = recording.collapse(model, pose, np.zeros(9), 1000)
     assert np.isfinite(fall).all()
     assert 0.0 < fall[-1, 1] < 0.5, "hip neither up nor below the floor"
     assert np.abs(fall[-1] - fall[-100]).max() < 0.1, "still moving after 2 s"
@@ -116,6 +117,6 @@ def test_no_opengl_is_one_line_that_says_what_to_install(monkeypatch):
 
 def test_a_folder_that_is_gone_is_one_line(monkeypatch, walk, tmp_path):
     monkeypatch.setattr(stage, "choose_backend", lambda: None)
-    monkeypatch.setattr(render, "roll_out", lambda *_: walk)
+    monkeypatch.setattr(recording, "record", lambda *_: walk)
     with pytest.raises(UserError, match=r"cannot write .*absent"):
         render.main(_args(tmp_path / "absent" / "walk.png"))

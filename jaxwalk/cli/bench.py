@@ -12,12 +12,12 @@ from jaxwalk.cli.parse import OptionalFile, OptionalPolicy, parse
 
 @dataclass(frozen=True)
 class BenchArgs:
-    """Time bare mjx.step, the whole tick, the push map and the training loop; or a deployed policy."""
+    """Time bare mjx.step, the tick, the push map, training, its checkpoints; or a deployed policy."""
 
     walkers: int = 256
-    """Walkers side by side, in all four."""
+    """Walkers side by side, in all programs."""
     seconds: float = 10.0
-    """How long each of the four is timed once compiled, s; with --deploy, each format."""
+    """How long each program is timed once compiled, s; with --deploy, each format."""
     seed: int = 0
     """Seed of everything that is drawn at random."""
     deploy: OptionalPolicy = None
@@ -51,6 +51,6 @@ def run(argv: Sequence[str]) -> None:
 
         latency.main(args.deploy, args)
         return
-    from jaxwalk import bench
+    from jaxwalk.bench import command
 
-    bench.main(args)
+    command.main(args)

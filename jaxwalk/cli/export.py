@@ -8,23 +8,30 @@ from pathlib import Path
 
 from jaxwalk import files
 from jaxwalk.cli import checks
-from jaxwalk.cli.parse import Names, Policy, parse
+from jaxwalk.cli.parse import Impulses, Names, Policy, parse
 from jaxwalk.errors import UserError
 
-FORMATS = ("safetensors", "npz", "onnx", "stablehlo", "c")
+FORMATS = ("safetensors", "npz", "onnx", "stablehlo", "c", "html")
+IMPULSES = (-80.0, -40.0, 40.0, 70.0)
+MOST_IMPULSES = 12  # the page stays below a megabyte
 
 
 @dataclass(frozen=True)
 class ExportArgs:
-    """Write a trained policy, with its normaliser, bounds, units and controllers, for other runtimes."""
+    """Write a trained policy, with its normaliser, bounds, units and controllers, for other runtimes; or any
+    policy's walks as a page to watch."""
 
     policy: Policy
     out: Path
     """Folder for the files, made if it is not there; files of the same names are replaced."""
     format: Names = ("safetensors",)
-    """Formats, with commas between: safetensors, npz, onnx, stablehlo, c."""
+    """Formats, with commas between: safetensors, npz, onnx, stablehlo, c; html: a page that replays walks."""
     verify: bool = False
-    """Whether each file is tested in a fresh process against what JAX computes."""
+    """Whether each file is tested in a fresh process against what JAX computes; the page is read back."""
+    impulses: Impulses = IMPULSES
+    """html: pushes to replay beside the unpushed walk, N s; positive ones push forward."""
+    seed: int = 0
+    """html: seed of the walks' start and of the sensors' noise."""
 
     def check(self) -> None:
         """Raises:
@@ -36,6 +43,16 @@ class ExportArgs:
                 raise UserError(f"--format {name!r}: give one or more of {', '.join(FORMATS)}")
         if len(set(self.format)) < len(self.format):
             raise UserError(f"--format {','.join(self.format)}: give each format once")
+        if "html" not in self.format:
+            for option, value, default in (("--impulses", self.impulses, IMPULSES), ("--seed", self.seed, 0)):
+                if value != default:
+                    raise UserError(f"{option}: is for walks that are replayed; add --format html")
+        for impulse in self.impulses:
+            if not 0 < abs(impulse) <= 1000:
+                raise UserError(f"--impulses {impulse:g}: give -1000 to 1000 N s, and not 0")
+        if len(self.impulses) > MOST_IMPULSES or len(set(self.impulses)) < len(self.impulses):
+            raise UserError(f"--impulses with {len(self.impulses)}: give {MOST_IMPULSES} at most, each once")
+        checks.seed(self.seed)
         files.check_folder("--out", self.out)
 
 

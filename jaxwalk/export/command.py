@@ -1,4 +1,4 @@
-"""``jaxwalk export``: a trained policy in the formats asked for, with its self-test."""
+"""``jaxwalk export``: a policy in the formats asked for, with its self-test."""
 
 from __future__ import annotations
 
@@ -11,8 +11,11 @@ from rich.console import Console
 from rich.table import Table
 
 from jaxwalk import files, policy, subjects
+from jaxwalk.cli import lines
 from jaxwalk.errors import UserError
 from jaxwalk.export import c, manifest, onnx, selftest, stablehlo, tensors
+from jaxwalk.watch import replay
+from jaxwalk.watch.replay import Replay
 
 if TYPE_CHECKING:
     from jaxwalk.cli.export import ExportArgs
@@ -83,16 +86,46 @@ def write(
 
 
 def main(args: ExportArgs) -> None:
-    """The command."""
-    trained, told = load(args.policy)
-    written = write(trained, told, args.format, args.out)
+    """The command.
+
+    Raises:
+      UserError: a policy that cannot be had in a format asked for, or a file that fails its test.
+    """
+    console = Console()
+    kinds = tuple(kind for kind in args.format if kind in WRITERS)
+    carried = load(args.policy) if kinds else None
+    written, replayed = {}, None
+    if "html" in args.format:
+        replayed = _replay(args, console)
+    if carried is not None:
+        written = write(*carried, kinds, args.out)
     table = Table("format", "file", "bytes", "actions", "commands, m or s", title=f"{args.policy}, exported")
     for kind, path in written.items():
         found = selftest.in_fresh_process(kind, path) if args.verify else None
         told_of = [f"{found[name]:.1e}" for name in ("actions", "commands")] if found else ["-", "-"]
         table.add_row(kind, path.name, f"{path.stat().st_size:,}", *told_of)
-    if args.verify:
+    if args.verify and written:
         table.caption = "largest differences from JAX on the self-test vectors, each in a fresh process"
-    console = Console()
+    if replayed is not None:
+        path = args.out / replay.FILE
+        table.add_row("html", path.name, f"{path.stat().st_size:,}", "-", "-")
     console.print(table)
+    if replayed is not None and args.verify:
+        worst = replay.verify(args.out / replay.FILE, replayed)
+        console.print(
+            f"{replay.FILE}: loads nothing; {len(replayed.walks)} walks, read back within {1000 * worst:.2g} "
+            "mm or mrad of what was recorded",
+            highlight=False,
+        )
     console.print(f"files in {args.out}", highlight=False)
+
+
+def _replay(args: ExportArgs, console: Console) -> Replay:
+    """Walk, and write the page of it."""
+    subject = subjects.load(args.policy)
+    with console.status("walking") as status:
+        recorded = replay.record(subject, args.impulses, args.seed, status.update)
+    content = replay.html(recorded, subjects.origin(args.policy), lines.line("export", args))
+    files.make_folder("--out", args.out)
+    files.write_bytes(args.out / replay.FILE, content)
+    return recorded

@@ -14,7 +14,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import deploy, files, policy, results
+from jaxwalk import deploy, files, policy, results, subjects
 from jaxwalk.export import c_runtime, closed_loop, command, onnx, stablehlo
 
 if TYPE_CHECKING:

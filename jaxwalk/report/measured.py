@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from jaxwalk.agreement.compare import WALKING
-from jaxwalk.bench import BARE
+from jaxwalk.bench.rounds import BARE
 from jaxwalk.compare.summary import WAYS
 from jaxwalk.report.words import NOTHING, Section, Table, impulse, interval, number, percent, reach, span
 
@@ -152,6 +152,7 @@ def bench(result: dict[str, Any]) -> Section:
     sentences = (
         f"Ticks per second of {result['walkers']} walkers, as a share of bare mjx.step of the same model, "
         f"batch and cores in the same run: {told}.",
+        f"A checkpoint costs training {result['checkpoint']['share']:.1%} of its time.",
     )
     rows = []
     for name, one in programs.items():

@@ -108,7 +108,7 @@ PARTS: dict[Name, Part] = {
             "gait.json", "gait.png", {}, {"walkers": 8, "seconds": 10.0},
         ),
         Part(
-            "bench", "Speed of the simulation", "jaxwalk.bench", BenchArgs,
+            "bench", "Speed of the simulation", "jaxwalk.bench.command", BenchArgs,
             "bench.json", None, {}, {"seconds": 2.0},
         ),
     )

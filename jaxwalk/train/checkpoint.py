@@ -87,9 +87,20 @@ class Store:
                 ),
             )
             self._next += 1
-            if wait:
-                self._manager.wait_until_finished()
         except Exception as error:  # Orbax and TensorStore have many
+            raise UserError(self._unwritten(error)) from error
+        if wait:
+            self.wait()
+
+    def wait(self) -> None:
+        """Until what is being written is on disk.
+
+        Raises:
+          UserError: it cannot be written.
+        """
+        try:
+            self._manager.wait_until_finished()
+        except Exception as error:
             raise UserError(self._unwritten(error)) from error
 
     def busy(self) -> bool:
@@ -190,6 +201,13 @@ class Store:
             f"cannot write a checkpoint into {self.folder}: {reason}; "
             f"make room there, then go on with jaxwalk train --resume {self.folder.parent}"
         )
+
+
+def of_run(now: Checkpoint, good: Checkpoint, devices: int) -> Checkpoint:
+    """A run as it is, and as it would go back to when it diverges; for as many devices."""
+    arrays = {f"now.{name}": x for name, x in now.arrays.items()}
+    arrays |= {f"good.{name}": x for name, x in good.arrays.items()}
+    return Checkpoint(arrays, {"devices": devices, "now": now.notes, "good": good.notes})
 
 
 def digest(checkpoint: Checkpoint) -> str:

@@ -19,7 +19,6 @@ from jaxwalk.train.assess import Exam, Marks
 
 IMPULSES = (40.0, 50.0, 60.0, 70.0, 80.0, -40.0, -50.0, -60.0, -80.0, -100.0)
 REPLICAS = 2
-FINALISTS = 3
 
 
 class Finals:
@@ -30,7 +29,7 @@ class Finals:
     """
 
     def __init__(self, config: Config, mesh: Mesh, seed: int) -> None:
-        self._config, self._mesh, self._seed = config, mesh, seed
+        self._config, self._mesh, self._seed, self._most = config, mesh, seed, config.train.finalists
         self._entered: list[tuple[Policy, float]] = []
 
     def enter(self, candidate: Policy, score: float) -> None:
@@ -41,7 +40,7 @@ class Finals:
         if not math.isfinite(score):
             return
         kept = jax.tree.map(jnp.copy, candidate)  # training donates its buffers
-        self._entered = sorted([*self._entered, (kept, score)], key=lambda one: -one[1])[:FINALISTS]
+        self._entered = sorted([*self._entered, (kept, score)], key=lambda one: -one[1])[: self._most]
 
     @property
     def entered(self) -> list[tuple[int, float]]:
@@ -49,7 +48,12 @@ class Finals:
         return [(one.metadata.footsteps, score) for one, score in self._entered]
 
     def settle(self) -> list[tuple[Policy, Marks]]:
-        """The finalists with their marks, the winner first; of equals, the one that was evaluated better."""
+        """The finalists with their marks, the winner first; of equals, the one that was evaluated better.
+
+        Empty where fewer than two are to meet: then the best evaluation stands.
+        """
+        if self._most < 2:
+            return []
         exam = Exam(self._config, policy.act, self._mesh, self._seed, scenarios.FINALS, IMPULSES, REPLICAS)
         examined = [(one, exam(policy.without_origin(one))[0]) for one, _ in self._entered]
         return sorted(examined, key=lambda found: -found[1].score)

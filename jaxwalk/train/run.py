@@ -219,12 +219,8 @@ class _Run:
         if self.store is None:
             return
         now = now or self._snapshot()
-        good = self.good or now
-        arrays = {f"now.{name}": x for name, x in now.arrays.items()}
-        arrays |= {f"good.{name}": x for name, x in good.arrays.items()}
-        notes = {"devices": self.mesh.size, "now": now.notes, "good": good.notes}
         self.folder.sync()  # no checkpoint knows of a row that a loss of power takes
-        self.store.save(Checkpoint(arrays, notes), wait)
+        self.store.save(checkpoint.of_run(now, self.good or now, self.mesh.size), wait)
         self.saved = time.perf_counter()
 
     def _save_if_due(self) -> None:
@@ -376,8 +372,11 @@ class _Run:
 
     def _settle(self) -> list[dict[str, Any]]:
         """Keep the winner of the finals; gives the finalists' marks, the winner's first."""
-        self.progress.note("the best policies meet more pushes")
+        if self.config.train.finalists > 1:
+            self.progress.note("the best policies meet more pushes")
         settled = self.finals.settle()
+        if not settled:
+            return []
         winner = settled[0][0]
         self.record.best = winner.metadata.footsteps
         policy.save(winner, self.folder.policy)
@@ -385,6 +384,11 @@ class _Run:
 
     def _finish(self, footsteps: int) -> None:
         interrupted = self.stop.wanted
+        if not self.record.found:
+            raise UserError(
+                f"no evaluation of the run in {self.folder.path} came to a finite score: no policy "
+                "is kept; begin a run with other --physics, --gait or --body options"
+            )
         # Who interrupts wants to end: the best by the evaluations stands.
         finals = [] if interrupted else self._settle()
         self._write_summary(footsteps, interrupted, finals)

@@ -1,11 +1,11 @@
 """Commands run in this process, with recorders in place of the programs behind them."""
 
+import importlib
 import sys
 import types
 
 import pytest
 
-import jaxwalk
 from jaxwalk.cli import main
 
 
@@ -13,11 +13,19 @@ from jaxwalk.cli import main
 def called(monkeypatch):
     """What the commands hand on: a list of argument tuples."""
     calls = []
-    modules = {"train": ("run", "resume"), "evaluate": ("main",), "render": ("main",), "bench": ("main",)}
+    modules = {
+        "train": ("run", "resume"),
+        "evaluate": ("main",),
+        "render": ("main",),
+        "bench.command": ("main",),
+    }
     for module, functions in modules.items():
         recorder = types.SimpleNamespace(**{name: lambda *args: calls.append(args) for name in functions})
-        monkeypatch.setitem(sys.modules, f"jaxwalk.{module}", recorder)
-        monkeypatch.setattr(jaxwalk, module, recorder, raising=False)
+        path = f"jaxwalk.{module}"
+        monkeypatch.setitem(sys.modules, path, recorder)
+        # Once imported, a module is found as its package's attribute.
+        package, _, name = path.rpartition(".")
+        monkeypatch.setattr(importlib.import_module(package), name, recorder, raising=False)
     return calls
 
 

@@ -49,6 +49,12 @@ BAD = [
         ["--push-time 99", "--seconds"],
     ),
     (["gait", "fixed"], ["--out"]),
+    (["view"], ["POLICY", "run folder"]),
+    (["view", "nobody"], ["no policy 'nobody'", "shipped"]),
+    (["view", "fixed", "--speed", "9"], ["--speed 9", "0.1 to 3 m/s"]),
+    (["view", "fixed", "--mass", "2"], ["mass 2", "between 5 and 500 kg"]),
+    (["view", "fixed", "--noise", "-1"], ["--noise -1", "0 to 100"]),
+    (["view", "fixed", "--seed", "-1"], ["--seed -1", "0 to 4294967295"]),
     (["bench", "--seconds", "0"], ["--seconds 0", "above 0"]),
     (["evaluate", "fixed", "--seconds", "3"], ["--seconds 3", "5 to 3600"]),
     (["evaluate", "fixed", "--seed", "99999999999999999999"], ["--seed 9999", "0 to 4294967295"]),
@@ -95,7 +101,7 @@ def test_ctrl_c_is_one_line_and_130(jaxwalk_cli, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(sys.modules["jaxwalk.bench"], "main", interrupted)
+    monkeypatch.setattr(sys.modules["jaxwalk.bench.command"], "main", interrupted)
     assert jaxwalk_cli("bench") == (130, "", "jaxwalk: interrupted\n")
 
 

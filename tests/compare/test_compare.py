@@ -156,4 +156,4 @@ def test_an_empty_run_folder_is_one_line(tmp_path, capsys):
     (tmp_path / "empty").mkdir()
     assert cli.main(["compare", "fixed", str(tmp_path / "empty"), "--out", str(tmp_path / "out")]) == 2
     error = capsys.readouterr().err
-    assert "no such file" in error and error.count("\n") == 1
+    assert "No such file" in error and error.count("\n") == 1

@@ -83,6 +83,7 @@ def bench():
     return {
         "programs": {"mjx_step": rate, "tick": {**rate, "footsteps_per_second": 333.7}},
         "ratios": {"tick/mjx_step": 0.91},
+        "checkpoint": {"seconds": 0.3, "every_seconds": 60.0, "share": 0.005},
         "walkers": 256,
     }
 

@@ -23,7 +23,7 @@ CONFIG = dataclasses.replace(
     SMOKE,
     ddpg=dataclasses.replace(SMOKE.ddpg, warmup=16),
     train=dataclasses.replace(
-        SMOKE.train, footsteps=120, windows_per_report=20, evaluations=2, checkpoint_seconds=1e-6
+        SMOKE.train, footsteps=120, windows_per_report=20, evaluations=2, finalists=3, checkpoint_seconds=1e-6
     ),
 )
 SEED, COMMAND = 3, "jaxwalk train --seed 3"
@@ -31,16 +31,25 @@ CLOCKED = {"seconds", "train/footsteps_per_second"}
 
 
 def shorten(patch: Callable[[Any, str, Any], None]) -> None:
-    """Evaluations of a second or two; programs that are compiled once for all runs of the process."""
+    """Few and short trials in evaluations; programs that are compiled once for all runs of the process."""
+    from jaxwalk import devices
     from jaxwalk.train import assess, finals, loop, run
 
-    patch(assess, "SECONDS", 2.0)
+    patch(assess, "SECONDS", 1.0)
     patch(assess, "PHASES", 1)
     patch(assess, "CALM", 2)
     patch(finals, "REPLICAS", 1)
+    patch(devices, "BLOCK", 4)  # or every batch is filled up to a whole block for each device
     patch(loop, "make", functools.cache(loop.make))
     patch(sys.modules[run.__module__], "Assessor", functools.cache(assess.Assessor))
     patch(finals, "Exam", functools.cache(assess.Exam))
+
+
+def undrawn(patch: Callable[[Any, str, Any], None]) -> None:
+    """No pictures: they take longer than all the rest."""
+    from jaxwalk import plots
+
+    patch(plots, "training_png", lambda rows, path: path.touch())
 
 
 def outcome(folder: Path) -> dict[str, Any]:
@@ -70,6 +79,7 @@ runtime.setup()
 import small
 from jaxwalk import train
 small.shorten(setattr)
+small.undrawn(setattr)
 folder = pathlib.Path({str(folder)!r})
 {what}
 """

@@ -34,6 +34,7 @@ from jaxwalk.train.checkpoint import Checkpoint, Store
 def short():
     with pytest.MonkeyPatch.context() as patch:
         small.shorten(patch.setattr)
+        small.undrawn(patch.setattr)
         yield
 
 

@@ -6,10 +6,16 @@ import dataclasses
 import json
 import os
 import signal
+import sys
+from pathlib import Path
 
 import jax
 import numpy as np
 import pytest
+
+sys.path.append(str(Path(__file__).parent))
+
+import small
 
 from jaxwalk import devices, policy, run_folder, windows
 from jaxwalk.errors import UserError
@@ -22,17 +28,14 @@ SMOKE = PRESETS["smoke"]
 CONFIG = dataclasses.replace(
     SMOKE,
     ddpg=dataclasses.replace(SMOKE.ddpg, warmup=16),
-    train=dataclasses.replace(SMOKE.train, footsteps=60, windows_per_report=40),
+    train=dataclasses.replace(SMOKE.train, footsteps=60, windows_per_report=40, finalists=3),
 )
 
 
 @pytest.fixture(scope="module", autouse=True)
-def short_evaluation():
-    """Seconds of evaluation say nothing about the run around it."""
+def short():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(assess, "SECONDS", 2.0)
-        patch.setattr(assess, "PHASES", 1)
-        patch.setattr(assess, "CALM", 2)
+        small.shorten(patch.setattr)
         yield
 
 
@@ -75,7 +78,7 @@ def test_metrics_and_summary_agree(finished):
 
 def test_the_finals_are_among_the_best_evaluations_and_their_winner_is_kept(finished):
     rows = [row for row in run_folder.read_metrics(finished) if "eval/score" in row]
-    ranked = sorted(rows, key=lambda row: -row["eval/score"])[: finals.FINALISTS]
+    ranked = sorted(rows, key=lambda row: -row["eval/score"])[: CONFIG.train.finalists]
     summary = json.loads((finished / "summary.json").read_text())
     assert {one["footsteps"] for one in summary["finals"]} == {row["footsteps"] for row in ranked}
     assert summary["best"]["footsteps"] == max(summary["finals"], key=lambda one: one["score"])["footsteps"]
@@ -85,6 +88,25 @@ def test_a_score_that_is_not_finite_does_not_take_part(finished):
     entered = finals.Finals(CONFIG, devices.mesh(), 0)
     entered.enter(policy.load(finished / "policy.safetensors"), float("nan"))
     assert entered.settle() == []
+
+
+def test_a_run_whose_evaluations_are_not_finite_ends_in_one_line(tmp_path, monkeypatch):
+    nothing = assess.Assessment(*[float("nan")] * 6)
+    monkeypatch.setattr(assess.Assessor, "__call__", lambda *_: nothing)
+    with pytest.raises(UserError, match=r"no evaluation of the run in .* came to a finite score"):
+        run(CONFIG, tmp_path / "run", 3, "jaxwalk train")
+    assert not (tmp_path / "run" / "policy.safetensors").exists()
+
+
+@pytest.mark.slow
+def test_without_finals_the_best_evaluation_wins(tmp_path):
+    alone = dataclasses.replace(CONFIG, train=dataclasses.replace(CONFIG.train, finalists=1))
+    folder = run(alone, tmp_path / "run", 3, "jaxwalk train")
+    rows = [row for row in run_folder.read_metrics(folder) if "eval/score" in row]
+    summary = run_folder.read_summary(folder)
+    assert summary["finals"] == []
+    assert summary["best"]["footsteps"] == max(rows, key=lambda row: row["eval/score"])["footsteps"]
+    assert policy.load(folder / "policy.safetensors").metadata.footsteps == summary["best"]["footsteps"]
 
 
 def test_best_policy_is_the_checkpoint_of_its_evaluation(finished):
@@ -125,7 +147,7 @@ def test_same_seed_same_training_in_one_program(monkeypatch):
     window = windows.window
     monkeypatch.setattr(windows, "window", lambda *args: traces.append(1) or window(*args))
     mesh = devices.mesh()
-    advance = loop.make(CONFIG, mesh)
+    advance = loop.make.__wrapped__(CONFIG, mesh)  # not one that was traced before
 
     def train(seed: int):
         state = loop.init(CONFIG, mesh, seed)

@@ -1,0 +1,1 @@
+"""How fast it is: bare ``mjx.step``, the whole tick, the push map and the training loop, side by side."""

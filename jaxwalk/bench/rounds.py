@@ -1,0 +1,171 @@
+"""The programs take turns, round by round, so that a machine that slows down or is shared slows all of them.
+
+All advance the same bodies by the same number of ticks a call, split over all devices.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from jaxwalk import devices, scenarios, subjects
+from jaxwalk.bench.programs import bare_steps, record, sharded, spawn, split, standing, walk_ticks
+from jaxwalk.config import Config
+from jaxwalk.stepper import Task
+from jaxwalk.train import checkpoint, loop
+from jaxwalk.train.checkpoint import Checkpoint, Store
+from jaxwalk.trials import BINS, Profile, Runner
+
+BARE, TICK, MAP, LOOP = "mjx_step", "tick", "push_map", "training_loop"
+SAVING = "training_loop_saving"  # the loop, while a checkpoint of it is written
+MIN_ROUNDS = 3
+SETTLE_CALLS = 3  # of the tick, from the start to steady walking
+_CACHE_HIT = "/jax/compilation_cache/cache_hits"
+
+
+@dataclass
+class Program:
+    """A compiled program and what was measured of it.
+
+    Attributes:
+      run: one call, from nothing, finished when it returns; gives footsteps and updates made.
+      compile_seconds: tracing included. cached: the compiled program came from JAX's cache.
+      seconds, footsteps, updates: of each round.
+    """
+
+    run: Callable[[], tuple[float, float]]
+    compile_seconds: float
+    cached: bool
+    seconds: list[float] = field(default_factory=list)
+    footsteps: list[float] = field(default_factory=list)
+    updates: list[float] = field(default_factory=list)
+
+    def time(self) -> None:
+        begun = time.perf_counter()
+        footsteps, updates = self.run()
+        self.seconds.append(time.perf_counter() - begun)
+        self.footsteps.append(footsteps)
+        self.updates.append(updates)
+
+    def rate(self, amounts: list[float]) -> float:
+        """Median over the rounds of ``amounts`` a second."""
+        return statistics.median(a / s for a, s in zip(amounts, self.seconds, strict=True))
+
+
+class _Hits:
+    """Counts the programs that JAX found in its cache."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        jax.monitoring.register_event_listener(self._hear)
+
+    def _hear(self, event: str, **_: Any) -> None:
+        self.count += event == _CACHE_HIT
+
+
+def measure(
+    config: Config, seconds: float, seed: int, folder: Path, tell: Callable[[str], None]
+) -> dict[str, Program]:
+    """The programs, each timed for ``seconds`` or `MIN_ROUNDS` calls, whichever is more.
+
+    The bare step and the tick begin every call with the same walkers in mid-step, unpushed, who
+    have walked for `SETTLE_CALLS` calls; the bare step then replays the tick's own joint commands,
+    so both go through the same motion and the same contacts. The map is that of the shipped policy; its
+    walkers, of the configured size, go on walking unpushed, as the loop goes on training.
+
+    Args:
+      folder: for checkpoints.
+      tell: called with what is under way.
+    """
+    mesh, task = devices.mesh(config.train.walkers), Task.of(config)
+    count = config.train.windows_per_report
+    ticks = count * task.setup.window_ticks
+    hits = _Hits()
+
+    def build(name: str, function: Any, *args: Any) -> tuple[Any, tuple[float, bool]]:
+        tell(f"compiling {name}")
+        begun = time.perf_counter()
+        lowered, before = function.lower(*args), hits.count
+        program = lowered.compile()
+        return program, (time.perf_counter() - begun, hits.count > before)
+
+    keys = jax.random.split(jax.random.key(seed), config.train.walkers)
+    fresh = sharded(partial(spawn, config, task), mesh)(split(keys, mesh))
+    tick, tick_cost = build(TICK, sharded(partial(walk_ticks, task, count), mesh), fresh)
+    tell("walking")
+    for _ in range(SETTLE_CALLS):
+        fresh = tick(fresh)[0]
+    steppers = split(standing(fresh), mesh)
+    commands = sharded(partial(record, task, ticks), mesh)(steppers)
+
+    stepped = sharded(partial(bare_steps, config, task), mesh)
+    bare, bare_cost = build(BARE, stepped, steppers.walker, commands)
+
+    mapper = subjects.load(subjects.SHIPPED)
+    runner = Runner(Task.of(mapper.config), mapper.act, config.train.walkers, mesh)
+    nobody = np.zeros(config.train.walkers, np.float32)
+    starts = scenarios.batch(mapper.config, nobody, nobody, keys)
+    profile = Profile(jnp.zeros(BINS), jnp.float32(0.6))
+    trials = runner.begin(mapper.config.gait, starts)
+    told = (mapper.params, profile, jnp.int32(count))
+    further, map_cost = build(MAP, runner.advance, *told, trials)
+
+    state = loop.init(config, mesh, seed)
+    advance, loop_cost = build(LOOP, loop.make(config, mesh), state)
+    for _ in range(SETTLE_CALLS):
+        trials = further(*told, trials)
+    tell("filling the replay")
+    while float(state.learner.updates) == 0:
+        state = advance(state)
+
+    def run_bare() -> tuple[float, float]:
+        jax.block_until_ready(bare(steppers.walker, commands))
+        return 0.0, 0.0
+
+    def run_tick() -> tuple[float, float]:
+        return float(np.sum(jax.block_until_ready(tick(steppers))[1])), 0.0
+
+    def run_map() -> tuple[float, float]:
+        nonlocal trials
+        before = float(np.sum(trials.touchdowns))
+        trials = jax.block_until_ready(further(*told, trials))
+        return float(np.sum(trials.touchdowns)) - before, 0.0
+
+    def run_loop() -> tuple[float, float]:
+        nonlocal state
+        before = float(state.learner.updates)
+        state = jax.block_until_ready(advance(state))
+        return float(state.counts.footsteps), float(state.learner.updates) - before
+
+    good = Checkpoint(checkpoint.pack(state), {})
+
+    def run_saving() -> tuple[float, float]:
+        now = Checkpoint(checkpoint.pack(state), {})
+        store.save(checkpoint.of_run(now, good, mesh.size))
+        made = run_loop()
+        store.wait()
+        return made
+
+    programs = {
+        BARE: Program(run_bare, *bare_cost),
+        TICK: Program(run_tick, *tick_cost),
+        MAP: Program(run_map, *map_cost),
+        LOOP: Program(run_loop, *loop_cost),
+        SAVING: Program(run_saving, *loop_cost),
+    }
+    with contextlib.closing(Store(folder, "bench")) as store:
+        while any(len(p.seconds) < MIN_ROUNDS or sum(p.seconds) < seconds for p in programs.values()):
+            tell(f"round {len(programs[LOOP].seconds) + 1}")
+            for program in programs.values():
+                program.time()
+    return programs
