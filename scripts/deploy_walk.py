@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from jaxwalk import config_io, deploy, evaluate, files, runtime, subjects
+from jaxwalk import deploy, evaluate, files, runtime, subjects
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.config import Config
 from jaxwalk.export import c_runtime, closed_loop, command
@@ -68,7 +68,7 @@ def main() -> None:
     args = parser.parse_args()
     runtime.setup()
     trained, told = command.load(args.policy)
-    config = config_io.from_dict(Config, json.loads(trained.metadata.config))
+    config = subjects.configured(subjects.file(args.policy), trained)
     rows = {}
     with tempfile.TemporaryDirectory() as folder:
         written = command.write(trained, told, ("npz", "c"), Path(folder))

@@ -179,4 +179,4 @@ def test_a_damaged_map_is_one_line(content, tmp_path, capsys):
     (tmp_path / table.NAME).write_bytes(content)
     assert push_map(tmp_path) == 2
     error = capsys.readouterr().err
-    assert "is no push map" in error and error.count("\n") == 1
+    assert "map.npz: not a whole zip file; give --out another folder" in error and error.count("\n") == 1
