@@ -227,11 +227,13 @@ class _Run:
         self.folder.log(row)
         self.progress.update(footsteps, row)
         policy.save(found, self.folder.checkpoints / f"{footsteps:09d}.safetensors")
-        better = not self.found or marks.score > self.found[self.best_footsteps].score
+        finite = math.isfinite(marks.score)
+        better = finite and (not self.found or marks.score > self.found[self.best_footsteps].score)
         if better:
             self.best_footsteps = footsteps
             policy.save(found, self.folder.policy)
-        self.found[footsteps] = marks
+        if finite:
+            self.found[footsteps] = marks
         self.finals.enter(found, marks.score)
         plots.training_png(self.rows, self.folder.picture)
         self.progress.note(

@@ -32,11 +32,12 @@ def from_dict(cls: type[T], data: Any, where: str = "") -> T:
       UserError: a field that ``cls`` does not have, or a value of the wrong type.
     """
     if not isinstance(data, Mapping):
-        raise UserError(f"{where or cls.__name__}: expected a table of fields, got {data!r}")
+        raise UserError(f"{where or cls.__name__}: expected a table of fields, got {data!r:.60}")
     hints = typing.get_type_hints(cls)
     unknown = sorted(set(data) - set(hints))
     if unknown:
-        raise UserError(f"unknown field {_join(where, unknown[0])}: this version knows {', '.join(hints)}")
+        name = _join(where, unknown[0])
+        raise UserError(f"unknown field {name:.60}: this version knows {', '.join(hints)}")
     return cls(**{name: _decode(hints[name], value, _join(where, name)) for name, value in data.items()})
 
 
@@ -51,7 +52,7 @@ def _decode(kind: Any, value: Any, where: str) -> Any:
     if origin is Literal:
         if value in args:
             return value
-        raise UserError(f"{where} = {value!r}: give one of {', '.join(map(str, args))}")
+        raise UserError(f"{where} = {value!r:.60}: give one of {', '.join(map(str, args))}")
     if origin in (typing.Union, types.UnionType):
         if value is None and type(None) in args:
             return None
@@ -59,7 +60,7 @@ def _decode(kind: Any, value: Any, where: str) -> Any:
         return _decode(kind, value, where)
     if origin is tuple:
         if not isinstance(value, list | tuple):
-            raise UserError(f"{where} = {value!r}: give a list")
+            raise UserError(f"{where} = {value!r:.60}: give a list")
         return tuple(_decode(args[0], item, f"{where}[{i}]") for i, item in enumerate(value))
     if kind is Path and isinstance(value, str):
         return Path(value)
@@ -67,7 +68,7 @@ def _decode(kind: Any, value: Any, where: str) -> Any:
     if kind is float and isinstance(value, int | float) and not isinstance(value, bool):
         return float(value)
     if type(value) is not kind:
-        raise UserError(f"{where} = {value!r}: give a value of type {kind.__name__}")
+        raise UserError(f"{where} = {value!r:.60}: give a value of type {kind.__name__}")
     return value
 
 
@@ -103,6 +104,8 @@ def check(config: Config) -> None:
     for name, value in values.items():
         if isinstance(value, float):
             _require(math.isfinite(value), name, value, "a finite number")
+        elif isinstance(value, int):
+            _require(value < 2**31, name, value, f"at most {2**31 - 1}")
     for name in _POSITIVE:
         _require(values[name] > 0, name, values[name], "a number above 0")
     for name in _NOT_NEGATIVE:

@@ -18,20 +18,21 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-import safetensors
 import safetensors.numpy
 from jaxtyping import Array, Float
 
+from jaxwalk import arrays, reading
 from jaxwalk.config import Config, to_dict
 from jaxwalk.ddpg import networks, normalizer
 from jaxwalk.ddpg.learner import LearnerState
 from jaxwalk.ddpg.types import Leaf
+from jaxwalk.deploy.file import MAX_BYTES
 from jaxwalk.errors import UserError
+from jaxwalk.reading import Bad
 
 FORMAT_VERSION = 1
-MAX_BYTES = 64 * 2**20  # a default policy has half a megabyte
 _HEADER_KEY = "jaxwalk_policy"
-_EXPECTED = "give a policy that jaxwalk saved"
+_CURE = "give a policy that jaxwalk saved"
 
 
 @dataclass(frozen=True)
@@ -132,6 +133,7 @@ def of_parts(
     Args:
       actor: parameters of ``networks.Actor`` with ``config.ddpg.hidden``.
       mean, std: of the observation. clip: of the normalised one.
+      score: of its evaluation; one that is not finite is none.
     """
     gait = config.gait
     metadata = Metadata(
@@ -145,7 +147,7 @@ def of_parts(
         seed=seed,
         command=command,
         footsteps=footsteps,
-        score=score,
+        score=score if score is not None and math.isfinite(score) else None,
         jaxwalk_version=_version(),
     )
     return Policy(actor, mean, std, metadata)
@@ -183,52 +185,29 @@ def load(path: str | os.PathLike[str]) -> Policy:
     Raises:
       UserError: no file, no policy, or a policy that is damaged or too large.
     """
-    path = Path(path)
+    content = reading.content(path, MAX_BYTES, _CURE)
     try:
-        return _decode(*_read(path))
-    except _Bad as bad:
-        raise UserError(f"policy {path}: {bad}; {_EXPECTED}") from None
-
-
-class _Bad(Exception):
-    """What is wrong with a file."""
-
-
-def _read(path: Path) -> tuple[str, dict[str, np.ndarray]]:
-    """The header's text and all tensors."""
-    try:
-        size = path.stat().st_size
-        if not path.is_file():
-            raise _Bad("not a file")
-        if size > MAX_BYTES:
-            raise _Bad(f"{size} bytes, more than the {MAX_BYTES} that a policy may have")
-        with safetensors.safe_open(path, framework="numpy") as file:
-            header = (file.metadata() or {}).get(_HEADER_KEY)
-            if header is None:
-                raise _Bad("a safetensors file, but not of a jaxwalk policy")
-            names = file.keys()  # the file itself cannot be iterated
-            return header, {name: file.get_tensor(name) for name in names}
-    except FileNotFoundError:
-        raise _Bad("no such file") from None
-    except OSError as error:
-        raise _Bad(f"cannot be read ({error.strerror or error})") from None
-    except (safetensors.SafetensorError, AttributeError, TypeError, ValueError):
-        # The last three: element types that numpy lacks; strings that the system refuses as paths.
-        raise _Bad("not a whole safetensors file") from None
+        told, found = arrays.safetensors(content)
+        if _HEADER_KEY not in told:
+            raise Bad("a safetensors file, but not of a jaxwalk policy")
+        return _decode(told[_HEADER_KEY], found)
+    except Bad as bad:
+        raise UserError(reading.unreadable(path, bad, _CURE)) from None
 
 
 def _decode(header: str, tensors: dict[str, np.ndarray]) -> Policy:
+    values = reading.parse(header)
+    version = values.get("format_version") if isinstance(values, dict) else None
+    if type(version) is int and version != FORMAT_VERSION:
+        raise Bad(f"format {version!r:.20}, but this jaxwalk reads {FORMAT_VERSION}")
     try:
-        values = json.loads(header)
         hints = typing.get_type_hints(Metadata)
-        if values["format_version"] != FORMAT_VERSION:
-            raise _Bad(f"format {values['format_version']!r:.20}, but this jaxwalk reads {FORMAT_VERSION}")
-        metadata = Metadata(**{name: _plain(values.pop(name), hint) for name, hint in hints.items()})
-        json.loads(metadata.config)
-    except (KeyError, TypeError, ValueError, RecursionError):
-        raise _Bad("its metadata are damaged") from None
+        metadata = Metadata(**{name: _plain(values[name], hint) for name, hint in hints.items()})
+        reading.parse(metadata.config)
+    except (Bad, KeyError, TypeError):
+        raise Bad("its metadata are damaged") from None
     if problem := _problem(metadata, tensors):
-        raise _Bad(problem)
+        raise Bad(problem)
     arrays = {name: jnp.asarray(x) for name, x in tensors.items()}
     actor: networks.Params = {}
     for name in _shapes(metadata):

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import datetime
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from jaxwalk import config_io, runtime
+from jaxwalk import config_io, reading, runtime
 from jaxwalk.config import Config, to_dict
 from jaxwalk.errors import UserError
 from jaxwalk.subjects import Subject
@@ -47,17 +46,14 @@ def read(path: Path, made_by: str) -> dict[str, Any]:
     Raises:
       UserError: it is damaged, of another command, or of another version of the format.
     """
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:  # ValueError: no JSON, or no UTF-8
-        raise UserError(f"{path} cannot be read ({error}): {_cure(made_by)}") from None
-    if not isinstance(found, Mapping) or "options" not in found:
+    found = reading.read_json(path, _cure(made_by))
+    if not isinstance(found, Mapping) or not isinstance(found.get("options"), Mapping):
         raise UserError(f"{path} is no result of jaxwalk {made_by}: {_cure(made_by)}")
     if found.get("format") != FORMAT:
-        told = f"format {found['format']!r}" if "format" in found else "no format"
+        told = f"format {found['format']!r:.20}" if "format" in found else "no format"
         raise UserError(f"{path} has {told}, this version reads {FORMAT}: {_cure(made_by)}")
     if found.get("made_by") != made_by:
-        raise UserError(f"{path} was made by jaxwalk {found.get('made_by')}: {_cure(made_by)}")
+        raise UserError(f"{path} was made by jaxwalk {found.get('made_by')!s:.40}: {_cure(made_by)}")
     return dict(found)
 
 

@@ -14,16 +14,15 @@ import contextlib
 import datetime
 import fcntl
 import hashlib
-import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from jaxwalk import config_io, runtime
+from jaxwalk import config_io, reading, runtime
 from jaxwalk.config import Config, to_dict
 from jaxwalk.errors import UserError
 from jaxwalk.files import to_json, write_json
@@ -31,6 +30,8 @@ from jaxwalk.files import to_json, write_json
 CONFIG, METRICS, SUMMARY = "config.json", "metrics.jsonl", "summary.json"
 POLICY, CHECKPOINTS, PICTURE = "policy.safetensors", "checkpoints", "training.png"
 RESUME = "resume"
+MAX_METRICS = 64 * 2**20  # bytes; a training of hours has a megabyte
+_CURE = "give a run folder of jaxwalk train"
 _OURS = (CONFIG, METRICS, SUMMARY, POLICY, CHECKPOINTS, PICTURE, RESUME)
 
 
@@ -104,14 +105,11 @@ class RunFolder:
           UserError: there are fewer, or one is damaged; nothing is cut then.
         """
         file = self.path / METRICS
-        lines = file.read_bytes().split(b"\n")[:-1]  # less a last line cut short
+        lines = _lines(file)
         if len(lines) < count:
             raise UserError(f"{file} has {len(lines)} lines, its checkpoint knows {count}: begin a new run")
-        try:
-            rows = [json.loads(line) for line in lines[:count]]
-            last = max((int(row["footsteps"]) for row in rows), default=-1)
-        except (ValueError, TypeError, KeyError) as error:
-            raise UserError(f"{file} is damaged: begin a new run") from error
+        rows = _rows(file, lines[:count])
+        last = max((row["footsteps"] for row in rows), default=-1)
         os.truncate(file, sum(len(line) + 1 for line in lines[:count]))
         self._purge = 1 + last
         return rows
@@ -176,7 +174,7 @@ def check_free(path: Path) -> None:
 
 def identity(path: Path) -> str:
     """What tells the run in ``path`` from all others: SHA-256 of its ``config.json``."""
-    return hashlib.sha256((path / CONFIG).read_bytes()).hexdigest()
+    return hashlib.sha256(reading.content(path / CONFIG, reading.MAX_JSON, _CURE)).hexdigest()
 
 
 def load_record(path: Path) -> dict[str, Any]:
@@ -189,16 +187,9 @@ def load_record(path: Path) -> dict[str, Any]:
       UserError: there is none.
     """
     file = path / CONFIG if path.is_dir() else path
-    try:
-        record = json.loads(file.read_text())
-    except OSError as error:
-        raise UserError(
-            f"cannot read {file}: {error.strerror}; give a run folder of jaxwalk train"
-        ) from error
-    except ValueError as error:
-        raise UserError(f"{file} is not JSON: give a run folder of jaxwalk train") from error
+    record = reading.read_json(file, _CURE)
     if not isinstance(record, dict) or "config" not in record:
-        raise UserError(f"{file} holds no configuration: give a run folder of jaxwalk train")
+        raise UserError(f"{file} holds no configuration: {_CURE}")
     return record
 
 
@@ -222,10 +213,9 @@ def load_origin(path: Path) -> Origin:
     """
     record = load_record(path)
     seed, command, versions = (record.get(name) for name in ("seed", "command", "versions"))
-    if not isinstance(seed, int) or not isinstance(command, str) or not isinstance(versions, dict):
-        raise UserError(
-            f"{path / CONFIG} lacks seed, command or versions: give a run folder of jaxwalk train"
-        )
+    known = isinstance(versions, dict) and all(isinstance(one, str) for one in versions.values())
+    if type(seed) is not int or not 0 <= seed < 2**32 or not isinstance(command, str) or not known:
+        raise UserError(f"{path / CONFIG} lacks seed, command or versions: {_CURE}")
     if command.split()[:2] != ["jaxwalk", "train"]:
         raise UserError(
             f"the run in {path} was begun by {command!r:.60}: only jaxwalk train goes on with a run"
@@ -240,11 +230,13 @@ def load_config(path: Path) -> Config:
       path: the run folder, or its ``config.json``.
 
     Raises:
-      UserError: there is none, or it is not one that this version understands.
+      UserError: there is none, or it is not one that this version understands and can run.
     """
     record = load_record(path)
     try:
-        return config_io.from_dict(Config, record["config"])
+        config = config_io.from_dict(Config, record["config"])
+        config_io.check(config)
+        return config
     except UserError as error:
         raise UserError(f"{path / CONFIG if path.is_dir() else path}: {error}") from error
 
@@ -256,23 +248,39 @@ def read_summary(path: Path) -> dict[str, Any]:
       UserError: it cannot be read, or is damaged.
     """
     file = path / SUMMARY
-    try:
-        summary = json.loads(file.read_text())
-    except FileNotFoundError:
+    if not os.path.lexists(file):
         return {}
-    except OSError as error:
-        raise UserError(f"cannot read {file}: {error.strerror}; give a folder that can be read") from error
-    except ValueError as error:
-        raise UserError(f"{file} is not JSON: give a run folder of jaxwalk train") from error
+    summary = reading.read_json(file, _CURE)
     if not isinstance(summary, dict):
-        raise UserError(f"{file} holds no summary: give a run folder of jaxwalk train")
+        raise UserError(f"{file} holds no summary: {_CURE}")
     return summary
 
 
 def read_metrics(path: Path) -> list[dict[str, Any]]:
-    """The rows of a run folder's ``metrics.jsonl``, less a last line cut short."""
-    lines = (path / METRICS).read_text().splitlines(keepends=True)
-    return [json.loads(line) for line in lines if line.endswith("\n")]
+    """The rows of a run folder's ``metrics.jsonl``, less a last line cut short.
+
+    Raises:
+      UserError: it cannot be read, or is damaged.
+    """
+    file = path / METRICS
+    return _rows(file, _lines(file))
+
+
+def _lines(file: Path) -> list[bytes]:
+    return reading.content(file, MAX_METRICS, _CURE).split(b"\n")[:-1]
+
+
+def _rows(file: Path, lines: Sequence[bytes]) -> list[dict[str, Any]]:
+    rows = []
+    for number, line in enumerate(lines, 1):
+        try:
+            row = reading.parse(line)
+        except reading.Bad as bad:
+            raise UserError(f"{file} is damaged in line {number}: {bad}; begin a new run") from None
+        if not isinstance(row, dict) or type(row.get("footsteps")) is not int:
+            raise UserError(f"{file} is damaged in line {number}: no footsteps; begin a new run")
+        rows.append(row)
+    return rows
 
 
 def _dated() -> Path:

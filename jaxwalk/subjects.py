@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import json
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxwalk import baselines, config_io, footstep, policy, resources, run_folder, walker, windows
+from jaxwalk import baselines, config_io, footstep, policy, reading, resources, run_folder, walker, windows
 from jaxwalk.config import REFERENCE_HEIGHT, BodyModel, Config
 from jaxwalk.errors import UserError
 
@@ -76,10 +75,7 @@ def load(
         return Subject(name, config, (rule, baselines.reference(config.gait)), baselines.act)
     path = file(name)
     loaded = policy.load(path)
-    try:
-        trained = config_io.from_dict(Config, json.loads(loaded.metadata.config))
-    except UserError as error:
-        raise UserError(f"policy {path}: its configuration does not fit this version ({error})") from None
+    trained = configured(path, loaded)
     gait, told = trained.gait, loaded.metadata
     if (told.observation_names, told.action_low, told.action_high) != (
         trained.observation,
@@ -91,6 +87,19 @@ def load(
         )
     config = _changed(trained, speed, height, mass, noise, model)
     return Subject(name, config, policy.without_origin(loaded), policy.act)
+
+
+def configured(path: Path, loaded: policy.Policy) -> Config:
+    """The configuration of the run that ``loaded`` comes from, the file ``path``.
+
+    Raises:
+      UserError: it is not one that this version can run.
+    """
+    try:
+        trained = config_io.from_dict(Config, reading.parse(loaded.metadata.config))
+        return _changed(trained, None, None, None, None, None)
+    except (UserError, reading.Bad, ArithmeticError) as error:
+        raise UserError(f"policy {path}: its configuration does not fit this version ({error})") from None
 
 
 def origin(name: str) -> policy.Metadata | None:

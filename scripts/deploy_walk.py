@@ -14,14 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from jaxwalk import runtime
-
-runtime.setup()
-
-from jaxwalk import config_io, deploy, evaluate, files, subjects  # noqa: E402
-from jaxwalk.cli.evaluate import EvaluateArgs  # noqa: E402
-from jaxwalk.config import Config  # noqa: E402
-from jaxwalk.export import c_runtime, closed_loop, command  # noqa: E402
+from jaxwalk import deploy, evaluate, files, runtime, subjects
+from jaxwalk.cli.evaluate import EvaluateArgs
+from jaxwalk.config import Config
+from jaxwalk.export import c_runtime, closed_loop, command
 
 
 def walked(config: Config, controller: Any, args: argparse.Namespace) -> dict[str, Any]:
@@ -70,9 +66,9 @@ def main() -> None:
     parser.add_argument("--step-seconds", type=float, default=0.446, help="that phases are shares of")
     parser.add_argument("--json", type=Path)
     args = parser.parse_args()
-
+    runtime.setup()
     trained, told = command.load(args.policy)
-    config = config_io.from_dict(Config, json.loads(trained.metadata.config))
+    config = subjects.configured(subjects.file(args.policy), trained)
     rows = {}
     with tempfile.TemporaryDirectory() as folder:
         written = command.write(trained, told, ("npz", "c"), Path(folder))

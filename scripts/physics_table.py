@@ -27,13 +27,9 @@ import tyro
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import runtime
-
-runtime.setup()  # before MJX is imported, so that it is quiet
-
-from jaxwalk import c_mujoco, controllers, physics, walker  # noqa: E402
-from jaxwalk.config import BodyConfig, BodyModel, Config, PhysicsConfig  # noqa: E402
-from jaxwalk.similarity import Similarity  # noqa: E402
+from jaxwalk import c_mujoco, controllers, physics, runtime, walker
+from jaxwalk.config import BodyConfig, BodyModel, Config, PhysicsConfig
+from jaxwalk.similarity import Similarity
 
 FINE = 0.00025  # s
 LOOKS = (0.1, 0.5)  # s after the start of the replay
@@ -146,6 +142,7 @@ def errors(path: np.ndarray, truth: np.ndarray, timestep: float, truth_step: flo
 
 
 def main(args: Args) -> None:
+    runtime.setup()
     config = Config(body=BodyConfig(model=args.model))
     replay = record(config, args.walkers)
 

@@ -143,22 +143,6 @@ def test_the_runtime_refuses_bad_files_in_one_line(exported, tmp_path, case, kin
     assert str(path) in str(caught.value) and "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("kind", ["safetensors", "npz"])
-def test_altered_bytes_end_in_a_controller_or_in_one_line(exported, tmp_path, kind):
-    whole, draw = exported[2][kind].read_bytes(), np.random.default_rng(0)
-    path, refused = tmp_path / f"policy.{kind}", 0
-    for _ in range(1000):
-        # Mostly in the first bytes and the last: there the formats keep their structure.
-        place = int(draw.choice([draw.integers(4000), len(whole) - 1 - draw.integers(1500)]))
-        path.write_bytes(whole[:place] + bytes([draw.integers(256)]) + whole[place + 1 :])
-        try:
-            deploy.Controller.load(path)
-        except UserError as error:
-            refused += 1
-            assert str(path) in str(error) and "\n" not in str(error)
-    assert refused > 100
-
-
 def test_the_runtime_refuses_what_is_newer(exported, tmp_path):
     trained, told, _ = exported
     path = tmp_path / "policy.npz"

@@ -78,6 +78,10 @@ def _rewritten(path, tensors=None, header=None, raw=None):
     safetensors.numpy.save_file(kept, path, {"jaxwalk_policy": text})
 
 
+def _foreign(path):
+    safetensors.numpy.save_file({"x": np.zeros(3, np.float32)}, path)
+
+
 def _nan_weight():
     kernel = np.zeros((4, 8), np.float32)
     kernel[1, 2] = np.nan
@@ -85,28 +89,31 @@ def _nan_weight():
 
 
 BAD = {
-    "missing": (lambda p: p.unlink(), "no such file"),
-    "folder": (lambda p: (p.unlink(), p.mkdir()), "not a file"),
+    "missing": (lambda p: p.unlink(), "No such file"),
+    "folder": (lambda p: (p.unlink(), p.mkdir()), "Is a directory"),
     "empty": (lambda p: p.write_bytes(b""), "safetensors"),
     "truncated": (lambda p: p.write_bytes(p.read_bytes()[:-10]), "safetensors"),
     "garbage": (lambda p: p.write_bytes(b"\xff" * 1000), "safetensors"),
     "large": (lambda p: os.truncate(p, policy.MAX_BYTES + 1), "more than"),
-    "foreign": (lambda p: safetensors.numpy.save_file({"x": np.zeros(3)}, p), "not of a jaxwalk policy"),
+    "foreign": (
+        lambda p: safetensors.numpy.save_file({"x": np.zeros(3, np.float32)}, p),
+        "not of a jaxwalk policy",
+    ),
     "shape": (lambda p: _rewritten(p, {"actor/output/bias": np.zeros(3, np.float32)}), "actor/output/bias"),
-    "dtype": (lambda p: _rewritten(p, {"actor/output/bias": np.zeros(2)}), "float64"),
+    "dtype": (lambda p: _rewritten(p, {"actor/output/bias": np.zeros(2)}), "'F64', not 'F32'"),
     "absent tensor": (lambda p: _rewritten(p, {"observation/std": None}), "observation/std"),
-    "extra tensor": (lambda p: _rewritten(p, {"a\nb": np.zeros(1)}), "too many"),
+    "extra tensor": (lambda p: _rewritten(p, {"a\nb": np.zeros(1, np.float32)}), "too many"),
     "nan": (lambda p: _rewritten(p, _nan_weight()), "hidden_0/kernel holds numbers that are not finite"),
     "zero std": (lambda p: _rewritten(p, {"observation/std": np.zeros(4, np.float32)}), "above 0"),
     "newer": (lambda p: _rewritten(p, header={"format_version": 2}), "format 2"),
     "field absent": (lambda p: _rewritten(p, header={"hidden": ...}), "metadata"),
     "field type": (lambda p: _rewritten(p, header={"hidden": "wide"}), "metadata"),
     "field element": (lambda p: _rewritten(p, header={"action_low": ["a", "b"]}), "metadata"),
-    "nan bound": (lambda p: _rewritten(p, header={"action_low": [float("nan"), 0.1]}), "metadata"),
+    "nan bound": (lambda p: _rewritten(p, header={"action_low": [float("nan"), 0.1]}), "NaN is no number"),
     "bounds": (lambda p: _rewritten(p, header={"action_low": [9.0, 9.0]}), "order"),
     "bound count": (lambda p: _rewritten(p, header={"action_low": [0.0]}), "number"),
     "not an object": (lambda p: _rewritten(p, raw="[1, 2]"), "metadata"),
-    "deep json": (lambda p: _rewritten(p, raw="[" * 100_000), "metadata"),
+    "deep json": (lambda p: _rewritten(p, raw="[" * 100_000), "nested"),
 }
 
 

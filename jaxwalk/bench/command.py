@@ -59,7 +59,7 @@ def bench(args: BenchArgs, tell: Callable[[str], None] = lambda what: None) -> d
 
 
 def _checkpoint(programs: dict[str, Program], every: float) -> dict[str, float]:
-    """What a checkpoint costs: s a round longer; and its share of training, one `every` s."""
+    """What a checkpoint costs: s a round longer; and its share of training, one every ``every`` s."""
     pairs = zip(programs[SAVING].seconds, programs[LOOP].seconds, strict=True)
     cost = statistics.median(saving - alone for saving, alone in pairs)
     return {"seconds": cost, "every_seconds": every, "share": cost / every}
@@ -83,21 +83,28 @@ def main(args: BenchArgs) -> None:
         result = bench(args, status.update)
     if args.json is not None:
         files.write_json(args.json, result)
-    _print(console, result)
+    show(console, result)
 
 
-def _print(console: Console, result: dict[str, Any]) -> None:
+def show(console: Console, result: dict[str, Any]) -> None:
+    """``result``, as `bench` gives it, on the screen."""
     hardware = ", ".join(result["hardware"]["devices"])
     table = Table(title=f"{result['walkers']} walkers, {hardware}", caption="* from the compilation cache")
     table.add_column("program", no_wrap=True)
     for heading in ("ticks/s", "of bare", "footsteps/s", "updates/s", "compile, s"):
         table.add_column(heading, justify="right")
     for name, row in result["programs"].items():
-        ratio = result["ratios"].get(f"{name}/{BARE}", 1.0)
+        ratio = 1.0 if name == BARE else result["ratios"].get(f"{name}/{BARE}")
         rates = [row[f"{what}_per_second"] for what in ("footsteps", "updates")]
         told = ["-" if rate is None else f"{rate:,.0f}" for rate in rates]
         compiled = f"{row['compile_seconds']:.1f}{'*' if row['compile_cached'] else ' '}"
-        table.add_row(name, f"{row['physics_steps_per_second']:,.0f}", f"{ratio:.2f}", *told, compiled)
+        table.add_row(
+            name,
+            f"{row['physics_steps_per_second']:,.0f}",
+            "-" if ratio is None else f"{ratio:.2f}",
+            *told,
+            compiled,
+        )
     console.print(table)
     saved = result["checkpoint"]
     console.print(

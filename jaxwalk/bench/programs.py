@@ -61,20 +61,22 @@ def bare_steps(config: Config, task: Task, body: Walker, commands: Float[Array, 
 
 
 def spawn(config: Config, task: Task, key: Array) -> Stepper:
+    """A walker as training starts them, but that nobody pushes."""
     state = windows.spawn(config, task, key)
     return state.replace(walker=state.walker.replace(push=pushes.none()))
 
 
 def standing(states: Stepper) -> Stepper:
     """Those who fell on the way are replaced by others who did not: a heap is no walk."""
-    standing = np.flatnonzero(~np.asarray(states.terminated))
-    if not standing.size:
+    up = np.flatnonzero(~np.asarray(states.terminated))
+    if not up.size:
         raise UserError("bench: no walker stands, the configured gait does not walk")
-    index = np.resize(standing, states.asked.shape[0])
+    index = np.resize(up, states.asked.shape[0])
     return jax.tree.map(lambda x: x[index], states)
 
 
 def sharded(function: Callable[..., Any], mesh: Mesh) -> Any:
+    """``function`` of one walker, compiled for many, split over all of ``mesh``."""
     rows = PartitionSpec(AXIS)
     mapped = jax.shard_map(
         partial(devices.each, function), mesh=mesh, in_specs=rows, out_specs=rows, check_vma=False
@@ -83,4 +85,5 @@ def sharded(function: Callable[..., Any], mesh: Mesh) -> Any:
 
 
 def split(tree: Any, mesh: Mesh) -> Any:
+    """Arrays with a leading axis of walkers, put where `sharded` computes on them."""
     return jax.device_put(tree, NamedSharding(mesh, PartitionSpec(AXIS)))

@@ -5,6 +5,7 @@ All advance the same bodies by the same number of ticks a call, split over all d
 
 from __future__ import annotations
 
+import contextlib
 import statistics
 import time
 from collections.abc import Callable
@@ -146,7 +147,6 @@ def measure(
         state = jax.block_until_ready(advance(state))
         return float(state.counts.footsteps), float(state.learner.updates) - before
 
-    store = Store(folder, "bench")
     good = Checkpoint(checkpoint.pack(state), {})
 
     def run_saving() -> tuple[float, float]:
@@ -163,9 +163,9 @@ def measure(
         LOOP: Program(run_loop, *loop_cost),
         SAVING: Program(run_saving, *loop_cost),
     }
-    while any(len(p.seconds) < MIN_ROUNDS or sum(p.seconds) < seconds for p in programs.values()):
-        tell(f"round {len(programs[LOOP].seconds) + 1}")
-        for program in programs.values():
-            program.time()
-    store.close()
+    with contextlib.closing(Store(folder, "bench")) as store:
+        while any(len(p.seconds) < MIN_ROUNDS or sum(p.seconds) < seconds for p in programs.values()):
+            tell(f"round {len(programs[LOOP].seconds) + 1}")
+            for program in programs.values():
+                program.time()
     return programs

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import difflib
 import importlib
+import os
 import sys
 from collections.abc import Sequence
 
@@ -38,17 +39,37 @@ def main(argv: Sequence[str] | None = None) -> int:
       argv: the arguments after the program's name; the process's own by default.
 
     Returns:
-      Exit code: 0 done, 2 bad input (one line on standard error says what), 130 interrupted.
+      Exit code: 0 done, 2 bad input (one line on standard error says what), 130 interrupted, 141 nobody
+      reads the output any more.
     """
     argv = sys.argv[1:] if argv is None else list(argv)
     try:
-        return _dispatch(argv)
-    except UserError as error:
-        print(f"jaxwalk: error: {' '.join(str(error).split())}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print("jaxwalk: interrupted", file=sys.stderr)
-        return 130
+        try:
+            code = _dispatch(argv)
+        except UserError as error:
+            print(f"jaxwalk: error: {error}", file=sys.stderr)
+            code = 2
+        except KeyboardInterrupt:
+            print("jaxwalk: interrupted", file=sys.stderr)
+            code = 130
+        if sys.stdout is not None:
+            sys.stdout.flush()  # here, where a closed pipe can be told from an error
+        return code
+    except BrokenPipeError:
+        _forget_output()
+        return 141  # as a shell tells of who is ended by SIGPIPE
+
+
+def _forget_output() -> None:
+    """The interpreter tries once more at its end: let it write what a closed pipe did not take to nowhere."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            if stream is not None:
+                stream.flush()
+        except BrokenPipeError:
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, stream.fileno())
+            os.close(nowhere)
 
 
 def _dispatch(argv: list[str]) -> int:
@@ -69,6 +90,8 @@ def _dispatch(argv: list[str]) -> int:
     try:
         importlib.import_module(f"jaxwalk.cli.{name.replace('-', '_')}").run(rest)
     except SystemExit as finished:  # a command's --help
+        if isinstance(finished.__context__, BrokenPipeError):  # as Rich tells of it
+            raise finished.__context__ from None
         if finished.code:
             raise
     return 0

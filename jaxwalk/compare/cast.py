@@ -77,7 +77,7 @@ def _member(name: str, changes: dict[str, float | str | None]) -> Member:
     training = {what: told.get(what) for what in ("footsteps", "seconds")}
     for what, value in training.items():
         if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
-            raise UserError(f"{Path(name) / run_folder.SUMMARY}: {what} is {value!r}, not a number")
+            raise UserError(f"{Path(name) / run_folder.SUMMARY}: {what} is {value!r:.60}, not a number")
     return Member(subject, training)
 
 

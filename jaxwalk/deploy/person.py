@@ -61,26 +61,32 @@ def build(manifest: dict[str, Any], height: float | None = None, mass: float | N
       UserError: a stature or a mass out of range.
       KeyError, TypeError, ValueError: a manifest that is damaged.
     """
-    height = float(manifest["person"]["height"] if height is None else height)
-    mass = float(manifest["person"]["mass"] if mass is None else mass)
+    height = _number(manifest["person"]["height"] if height is None else height)
+    mass = _number(manifest["person"]["mass"] if mass is None else mass)
     if not 0.5 <= height <= 3.0:
         raise UserError(f"height {height} m: give a stature between 0.5 and 3 m")
     if not 5.0 <= mass <= 500.0:
         raise UserError(f"mass {mass} kg: give a mass between 5 and 500 kg")
     reference = manifest["reference"]
-    length = np.float32(height) / np.float32(reference["height"])
-    heavy = np.float32(mass) / np.float32(reference["mass"])
+    length = np.float32(height) / np.float32(_number(reference["height"]))
+    heavy = np.float32(mass) / np.float32(_number(reference["mass"]))
 
     def scaled(one: dict[str, Any]) -> np.float32:
-        return (
-            np.float32(one["value"]) * length ** np.float32(one["length"]) * heavy ** np.float32(one["mass"])
-        )
+        value, by_length, by_mass = (np.float32(_number(one[name])) for name in ("value", "length", "mass"))
+        return value * length**by_length * heavy**by_mass
 
     switches = manifest["switches"]
     own = {name: scaled(manifest["numbers"][name]) for name in _BODY}
     names = [f.name for f in dataclasses.fields(GaitConfig) if f.name not in switches]
     gait = GaitConfig(**{name: scaled(manifest["numbers"][name]) for name in names}, **switches)
     return Person(length=length, mass=heavy, gait=gait, **own)
+
+
+def _number(value: Any) -> float:
+    """``value``, which is one number; NumPy would make an array of a list."""
+    if isinstance(value, bool | str) or np.ndim(value):
+        raise TypeError("not a number")
+    return float(value)
 
 
 _BODY = tuple(f.name for f in dataclasses.fields(Person) if f.name not in ("length", "mass", "gait"))

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import os
+import typing
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from jaxwalk import config_io
+from jaxwalk.config import GaitConfig, Observable
 from jaxwalk.deploy import file, person
 from jaxwalk.errors import UserError
+
+_LONGEST_WINDOW = 10_000  # ticks of the moving mean
 
 
 @dataclass(frozen=True)
@@ -56,8 +61,8 @@ def load(path: str | os.PathLike[str]) -> Policy:
     try:
         policy = _decode(manifest, tensors)
         fits = _fits(policy)
-        person.build(manifest)
-    except (AttributeError, IndexError, KeyError, TypeError, ValueError, UserError):
+        _check(manifest)
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError, ArithmeticError, UserError):
         raise UserError(f"policy {path}: its parts do not fit together; export it anew") from None
     if not fits:
         raise UserError(f"policy {path}: its tensors are damaged; export it anew")
@@ -70,14 +75,43 @@ def _fits(policy: Policy) -> bool:
     fits = all(
         kernel.shape == (a, b) for (kernel, _), a, b in zip(policy.layers, sizes[:-1], sizes[1:], strict=True)
     )
-    arrays = [policy.mean, policy.std, *(x for layer in policy.layers for x in layer)]
+    layers = [x for layer in policy.layers for x in layer]
+    arrays = [policy.low, policy.high, policy.mean, policy.std, *layers]
     sound = all(x.dtype == np.float32 and np.isfinite(x).all() for x in arrays) and (policy.std > 0).all()
     shapes = policy.std.shape == policy.mean.shape and sizes[-1] == len(policy.low)
-    return bool(fits and sound and shapes and len(policy.manifest["observation"]) == sizes[0])
+    return bool(fits and sound and shapes and len(policy.manifest["observation"]) == sizes[0] > 0)
+
+
+def _check(manifest: dict[str, Any]) -> None:
+    """See that the controllers can run on these numbers.
+
+    Raises:
+      KeyError, TypeError, ValueError, UserError: they cannot.
+    """
+    told = manifest["sensors"]
+    gain = np.array(told["kalman_gain"], np.float32)
+    positive = [manifest["timestep"], manifest["gravity"], *manifest["reference"].values()]
+    if (clip := manifest["observation_clip"]) is not None:
+        positive.append(clip)
+    window = told["mean_window"]
+    sound = (
+        all(type(x) in (int, float) and x > 0 for x in positive)
+        and type(window) is int
+        and 0 < window <= _LONGEST_WINDOW
+        and gain.shape == (2, 2)
+        and {one["name"] for one in manifest["observation"]} <= set(typing.get_args(Observable))
+    )
+    config_io.from_dict(GaitConfig, manifest["switches"])
+    who = person.build(manifest)
+    own = [x for x in (*vars(who).values(), *vars(who.gait).values()) if isinstance(x, np.floating)]
+    if not sound or not np.isfinite(own).all() or not who.leg > 0:
+        raise ValueError
 
 
 def _decode(manifest: dict[str, Any], tensors: dict[str, np.ndarray]) -> Policy:
     names = [*(f"hidden_{i}" for i in range(len(manifest["hidden"]))), "output"]
+    if [one["name"] for one in manifest["action"]] != ["length", "duration"]:
+        raise ValueError
     bounds = np.array([[one["low"], one["high"]] for one in manifest["action"]], np.float32)
     return Policy(
         manifest=manifest,

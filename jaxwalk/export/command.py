@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,9 +10,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import config_io, files, policy, subjects
+from jaxwalk import files, policy, subjects
 from jaxwalk.cli import lines
-from jaxwalk.config import Config
 from jaxwalk.errors import UserError
 from jaxwalk.export import c, manifest, onnx, selftest, stablehlo, tensors
 from jaxwalk.watch import replay
@@ -43,8 +41,9 @@ def load(name: str) -> tuple[policy.Policy, dict[str, Any]]:
         raise UserError(
             f"policy {name!r} is a rule, not trained: give a run folder, a policy file or shipped"
         )
-    trained = policy.load(subjects.file(name))
-    config = config_io.from_dict(Config, json.loads(trained.metadata.config))
+    path = subjects.file(name)
+    trained = policy.load(path)
+    config = subjects.configured(path, trained)
     return trained, manifest.build(trained, config)
 
 

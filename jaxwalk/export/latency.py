@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import statistics
 import tempfile
 import time
@@ -15,8 +14,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import config_io, deploy, files, policy, results
-from jaxwalk.config import Config
+from jaxwalk import deploy, files, policy, results, subjects
 from jaxwalk.export import c_runtime, closed_loop, command, onnx, stablehlo
 
 if TYPE_CHECKING:
@@ -58,7 +56,7 @@ def measure(name: str, args: BenchArgs, tell: Callable[[str], None] = lambda wha
     """
     tell("exporting")
     trained, told = command.load(name)
-    config = config_io.from_dict(Config, json.loads(trained.metadata.config))
+    config = subjects.configured(subjects.file(name), trained)
     seen = command.observations(trained, _CALLS)
     rows = [one[None] for one in seen]
     with tempfile.TemporaryDirectory() as folder:

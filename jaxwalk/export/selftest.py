@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from jaxwalk import reading
 from jaxwalk.errors import UserError
 
 VECTORS, C_TEST = "selftest.json", "selftest.c"
@@ -26,12 +27,15 @@ C_FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2")
 
 def vectors(path: Path) -> dict[str, np.ndarray]:
     """``observations`` [N, O], ``actions`` and ``commands`` [N, A] of a ``selftest.json``."""
+    told = reading.read_json(path, "export the policy anew")
     try:
-        told = json.loads(path.read_text())
         names = ("observations", "actions", "commands")
-        return {name: np.array(told[name], np.float32) for name in names}
-    except (OSError, KeyError, TypeError, ValueError):
-        raise UserError(f"self-test {path}: not there or damaged; export the policy anew") from None
+        found = {name: np.array(told[name], np.float32) for name in names}
+    except (KeyError, TypeError, ValueError):
+        found = {}
+    if {x.ndim for x in found.values()} != {2} or len({len(x) for x in found.values()}) != 1:
+        raise UserError(f"{path} holds no observations with their answers: export the policy anew")
+    return found
 
 
 def outputs(kind: str, path: Path, observations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

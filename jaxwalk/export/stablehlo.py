@@ -17,7 +17,9 @@ import numpy as np
 from jax import export
 from jaxtyping import Array, Float
 
-from jaxwalk import policy
+from jaxwalk import arrays, policy, reading
+from jaxwalk.deploy.file import MAX_BYTES
+from jaxwalk.errors import UserError
 from jaxwalk.export import manifest
 
 PLATFORMS = ("cpu", "cuda")
@@ -43,9 +45,20 @@ def to_stablehlo(trained: policy.Policy, told: dict[str, Any]) -> bytes:
 
 
 def load(path: Path) -> export.Exported:
-    """The program of a file that `to_stablehlo` made."""
-    with zipfile.ZipFile(path) as file:
-        return export.deserialize(bytearray(file.read(_PROGRAM)))
+    """The program of a file that `to_stablehlo` made. It is a program: load what you would run.
+
+    Raises:
+      UserError: it cannot be read, or is no such file.
+    """
+    cure = "export the policy anew"
+    content = reading.content(path, MAX_BYTES, cure)
+    try:
+        program = arrays.members(content, MAX_BYTES)[_PROGRAM]
+    except reading.Bad as bad:
+        raise UserError(reading.unreadable(path, bad, cure)) from None
+    except KeyError:
+        raise UserError(reading.unreadable(path, f"there is no {_PROGRAM} in it", cure)) from None
+    return export.deserialize(bytearray(program))
 
 
 def run(path: Path, observation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

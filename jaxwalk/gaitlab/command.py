@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +14,7 @@ from rich.progress import Progress
 from rich.table import Table
 from rich.text import Text
 
-from jaxwalk import files, results, subjects
+from jaxwalk import files, reading, results, subjects
 from jaxwalk.errors import UserError
 from jaxwalk.gaitlab import measures, picture, report, signals
 from jaxwalk.gaitlab.report import Report
@@ -38,12 +37,10 @@ def check_free(folder: Path, identity: dict[str, Any]) -> None:
             if os.path.lexists(folder / name):
                 raise UserError(f"{folder / name} is of no gait report: give --out another folder")
         return
-    try:
-        stored = json.loads(path.read_text())
-        same = {name: stored[name] for name in identity} == json.loads(files.to_json(identity))
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise UserError(f"{path} is no gait report ({error}): give --out another folder") from error
-    if not same:
+    stored = reading.read_json(path, "give --out another folder")
+    if not isinstance(stored, dict) or not identity.keys() <= stored.keys():
+        raise UserError(f"{path} is no gait report: give --out another folder")
+    if {name: stored[name] for name in identity} != reading.parse(files.to_json(identity)):
         raise UserError(
             f"{path} holds the report of another policy or other options: give --out another folder"
         )

@@ -5,8 +5,6 @@ from __future__ import annotations
 import io
 import json
 import os
-import zipfile
-import zlib
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jaxwalk import files
+from jaxwalk import arrays, files, reading
 from jaxwalk.errors import UserError
 from jaxwalk.pushmap.grid import Grid
 
@@ -27,6 +25,9 @@ RESULTS = {
     "longest": np.float32,  # step, m
     "shortest": np.float32,  # step, s
 }
+
+_MOST_PER_TRIAL = 256  # bytes; columns of numbers and the point's name
+_CURE = "give --out another folder"
 
 
 @dataclass
@@ -79,21 +80,24 @@ def resume(folder: Path, grid: Grid, identity: dict[str, Any]) -> Table:
     path = folder / NAME
     if not os.path.lexists(path):
         return Table.empty(grid, identity)
+    most = 2**20 + _MOST_PER_TRIAL * grid.size
+    content = reading.content(path, most, _CURE)
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            about = str(stored["about"])
-            columns = {name: np.array(stored[name], kind) for name, kind in RESULTS.items()}
-            table = Table(grid, identity, np.array(stored["done"], np.bool_), columns)
-    except (OSError, ValueError, KeyError, EOFError, TypeError, zlib.error, zipfile.BadZipFile) as error:
-        raise UserError(f"{path} is no push map ({error}): give --out another folder") from error
-    if about != _about(grid, identity) or {c.shape for c in (table.done, *columns.values())} != {
-        (grid.size,)
-    }:
+        stored = arrays.npz(content, most)
+    except reading.Bad as bad:
+        raise UserError(reading.unreadable(path, bad, _CURE)) from None
+    kinds = {"done": np.bool_, **RESULTS}
+    if not {"about", *kinds} <= stored.keys() or stored["about"].dtype.kind != "U":
+        raise UserError(f"{path} is no push map: {_CURE}")
+    if str(stored["about"]) != _about(grid, identity):
         raise UserError(
-            f"{path} holds the map of another policy, grid, seed or engine: give --out another folder, "
+            f"{path} holds the map of another policy, grid, seed or engine: {_CURE}, "
             "or the same options to go on with it"
         )
-    return table
+    if any((stored[name].shape, stored[name].dtype) != ((grid.size,), kind) for name, kind in kinds.items()):
+        raise UserError(f"{path} is a damaged push map: {_CURE}")
+    columns = {name: stored[name].copy() for name in RESULTS}
+    return Table(grid, identity, stored["done"].copy(), columns)
 
 
 def _about(grid: Grid, identity: dict[str, Any]) -> str:

@@ -5,16 +5,26 @@ from __future__ import annotations
 import importlib
 import io
 import os
+import struct
+import warnings
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from PIL import Image
 
-from jaxwalk import config_io, files, results, subjects
+from jaxwalk import config_io, files, reading, results, subjects
 from jaxwalk.errors import UserError
 from jaxwalk.report.parts import Part
+from jaxwalk.subjects import Subject
 
+MAX_PICTURE = 16 * 2**20  # bytes; the largest has a fifth of one megabyte
+# Pillow's words for a PNG that is damaged (SyntaxError among them) or has too many pixels.
+_DAMAGED_PNG = (
+    OSError, SyntaxError, ValueError, EOFError, struct.error, zlib.error, Image.DecompressionBombError,
+    Image.DecompressionBombWarning,
+)  # fmt: skip
 _CHANGES = ("speed", "height", "mass", "noise", "model")  # options that change the policy's configuration
 
 
@@ -60,9 +70,11 @@ def find(part: Part, policy: str, folder: Path) -> Found | None:
     try:
         plain = {name: str(value) for name, value in part.place(folder).items()}
         args = config_io.from_dict(part.kind, result["options"] | plain)
-    except (UserError, TypeError) as error:
+        changes = {name: getattr(args, name) for name in _CHANGES if hasattr(args, name)}
+        subject = _subject(args, policy, changes)
+    except (UserError, TypeError, ArithmeticError) as error:
         raise UserError(f"{path}: its options do not fit this version ({error}): move it away") from None
-    if not _is_of(result, args, policy):
+    if not _is_of(result, subject):
         raise UserError(
             f"{path} is of another policy or configuration than {policy}: give --results another folder, or "
             "move it away to have it measured anew"
@@ -82,11 +94,15 @@ def measure(part: Part, policy: str, folder: Path, quick: bool, seed: int) -> No
     importlib.import_module(part.module).main(args)
 
 
-def _is_of(result: dict[str, Any], args: Any, policy: str) -> bool:
-    if not hasattr(args, "policy") and not hasattr(args, "policies"):
+def _subject(args: Any, policy: str, changes: dict[str, float | None]) -> Subject | None:
+    """Whom results with such options are about; None: nobody."""
+    about = hasattr(args, "policy") or hasattr(args, "policies")
+    return subjects.load(policy, **changes) if about else None
+
+
+def _is_of(result: dict[str, Any], subject: Subject | None) -> bool:
+    if subject is None:
         return True  # the part is about no policy
-    changes = {name: getattr(args, name) for name in _CHANGES if hasattr(args, name)}
-    subject = subjects.load(policy, **changes)
     return any(results.is_of(told, subject) for told in (result, *members(result)))
 
 
@@ -102,12 +118,14 @@ def members(result: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def _picture(path: Path, beside: Path) -> Picture:
+    cure = f"move {beside} away to have both made anew"
+    content = reading.content(path, MAX_PICTURE, cure)
     try:
-        content = path.read_bytes()
-        with Image.open(io.BytesIO(content), formats=["PNG"]) as image:
-            image.verify()
-            return Picture(content, *image.size)
-    except (OSError, SyntaxError, ValueError) as error:  # Pillow's word for a damaged PNG: SyntaxError
-        raise UserError(
-            f"{path} cannot be read ({error}): move {beside} away to have both made anew"
-        ) from None
+        # Its pixels are for the reader of the page to unpack.
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", Image.DecompressionBombWarning)
+            with Image.open(io.BytesIO(content), formats=["PNG"]) as image:
+                image.verify()
+                return Picture(content, *image.size)
+    except _DAMAGED_PNG as error:
+        raise UserError(reading.unreadable(path, f"{error!s:.100}", cure)) from None

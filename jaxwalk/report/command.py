@@ -29,12 +29,12 @@ def main(args: ReportArgs) -> None:
     console = Console()
     parts = [part for name, part in PARTS.items() if name in args.parts]
     # All that is there is read before minutes of work, so that what is wrong with it is said at once.
-    ready = {part.command: figure for part in parts if (figure := _figure(part, args))}
+    ready = {part.command: figure for part in parts if (figure := _figure(part, args, subject))}
     missing = [part for part in parts if part.command not in ready]
     for place, part in enumerate(missing, 1):
         console.print(f"{place} of {len(missing)}: {part.command}", highlight=False)
         collect.measure(part, args.policy, args.folder, args.quick, args.seed)
-        figure = _figure(part, args)
+        figure = _figure(part, args, subject)
         if figure is None:
             raise UserError(f"jaxwalk {part.command} left no {part.json} in {args.folder / part.command}")
         ready[part.command] = figure
@@ -44,7 +44,7 @@ def main(args: ReportArgs) -> None:
     console.print(f"{args.out}: {len(content) / 2**20:.2f} MiB; results in {args.folder}", highlight=False)
 
 
-def _figure(part: Part, args: ReportArgs) -> tuple[Found, Figure] | None:
+def _figure(part: Part, args: ReportArgs, subject: Subject) -> tuple[Found, Figure] | None:
     found = collect.find(part, args.policy, args.folder)
     if found is None:
         return None
@@ -58,10 +58,10 @@ def _figure(part: Part, args: ReportArgs) -> tuple[Found, Figure] | None:
             date=found.result["date"],
             small=part.small(found.args),
         )
-        _measured(found), _versions([found])
-    except (KeyError, IndexError, TypeError, ValueError, AttributeError, ZeroDivisionError) as error:
+        page.render(_page(args, subject, [(found, figure)]))  # what cannot be shown is told at once, too
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         raise UserError(
-            f"{found.path} is no result of jaxwalk {part.command} ({type(error).__name__}: {error}): "
+            f"{found.path} is no result of jaxwalk {part.command} ({type(error).__name__}: {error!s:.100}): "
             "move it away to have it measured anew"
         ) from error
     return found, figure

@@ -87,4 +87,5 @@ def render(page: Page) -> bytes:
     )
     environment.filters["tied"] = _tied
     template = resources.files("jaxwalk.report").joinpath("page.html").read_text(encoding="utf-8")
-    return environment.from_string(template).render(page=page).encode()
+    # A name that the system keeps in another encoding is shown by its codes.
+    return environment.from_string(template).render(page=page).encode(errors="backslashreplace")

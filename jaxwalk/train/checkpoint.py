@@ -9,7 +9,10 @@ from __future__ import annotations
 import errno
 import hashlib
 import json
+import math
+import os
 import shutil
+import stat
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +26,7 @@ from jaxwalk.errors import UserError
 
 KEPT = 2
 _NOT_ITS_FAULT = {errno.EMFILE, errno.ENFILE, errno.EIO, errno.ENOMEM}
+_MOST_BESIDE = 64 * 2**20  # bytes of a checkpoint's files that are no numbers of its arrays
 _ARRAYS, _REST = "arrays", "rest"
 T = TypeVar("T")
 
@@ -111,17 +115,20 @@ class Store:
         except Exception as error:
             raise UserError(self._unwritten(error)) from error
 
-    def latest(self, say: Callable[[str], None]) -> Checkpoint | None:
+    def latest(self, say: Callable[[str], None], most: int) -> Checkpoint | None:
         """The latest checkpoint that is whole; those after it are dropped, and ``say`` is told of each.
 
         None: there are no checkpoints at all.
+
+        Args:
+          most: bytes that the arrays of one may have.
 
         Raises:
           UserError: there are some, but none of them can be used.
         """
         bad: list[tuple[int, str]] = []
         for step in sorted(self._manager.all_steps(), reverse=True):
-            found = self._read(step)
+            found = self._read(step, most)
             if isinstance(found, Checkpoint):
                 for worse, why in bad:
                     say(f"checkpoint {worse} {why}: going on from the one before it")
@@ -134,10 +141,11 @@ class Store:
             )
         return None
 
-    def _read(self, step: int) -> Checkpoint | str:
+    def _read(self, step: int, most: int) -> Checkpoint | str:
         """A checkpoint, or what is wrong with it."""
         args = self._ocp.args
         try:
+            self._check_size(step, most)
             read = self._manager.restore(
                 step, args=args.Composite(**{_ARRAYS: args.PyTreeRestore(), _REST: args.JsonRestore()})
             )
@@ -152,6 +160,27 @@ class Store:
             if isinstance(error, OSError) and error.errno in _NOT_ITS_FAULT:
                 raise UserError(f"cannot read the checkpoint {self.folder / str(step)}: {error}") from error
             return f"is damaged ({_first_line(error)})"
+
+    def _check_size(self, step: int, most: int) -> None:
+        """See, before it is read, that a checkpoint takes no more memory than one of this run.
+
+        Raises:
+          Exception: it does; or whatever a damaged file makes of its readers.
+        """
+        told = [os.lstat(path) for path in (self.folder / str(step)).rglob("*")]
+        if not all(stat.S_ISREG(one.st_mode) or stat.S_ISDIR(one.st_mode) for one in told):
+            raise ValueError("it holds something else than files and folders")
+        if sum(one.st_size for one in told) > most + _MOST_BESIDE:
+            raise ValueError("its files are larger than those of this run")
+        reader = self._ocp.PyTreeCheckpointHandler()
+        arrays = reader.metadata(self.folder.absolute() / str(step) / _ARRAYS).tree.values()
+        # A chunk is unpacked whole, however small its array.
+        sizes = (
+            np.dtype(one.dtype).itemsize * max(math.prod(one.shape), math.prod(one.storage.chunk_shape))
+            for one in arrays
+        )
+        if sum(sizes) > most:
+            raise ValueError("its arrays are larger than those of this run")
 
     def close(self) -> None:
         """Wait for what is being written. One that failed is as if it had not been begun."""
@@ -207,8 +236,23 @@ def unpack(arrays: Mapping[str, np.ndarray], like: T, shardings: Any) -> T:
     Raises:
       UserError: other arrays than ``like`` calls for.
     """
-    wanted = jax.tree_util.tree_leaves_with_path(jax.eval_shape(lambda t: jax.tree.map(_plain, t), like))
-    for path, x in wanted:
+    check_fits(arrays, like)
+
+    def leaf(path: Any, x: Any) -> jax.Array:
+        # A copy: JAX may compute in the array's own memory, and training gives its buffers up.
+        found = jnp.array(arrays[_name(path)], copy=True)
+        return jax.random.wrap_key_data(found) if _is_key(x) else found
+
+    return jax.device_put(jax.tree_util.tree_map_with_path(leaf, like), shardings)
+
+
+def check_fits(arrays: Mapping[str, np.ndarray], like: Any) -> None:
+    """See that ``arrays`` are what `pack` makes of a tree ``like`` this.
+
+    Raises:
+      UserError: they are not.
+    """
+    for path, x in _packed(like):
         found = arrays.get(_name(path))
         if found is None or (found.shape, found.dtype) != (x.shape, x.dtype):
             held = "nothing" if found is None else f"{found.dtype}{list(found.shape)}"
@@ -217,12 +261,15 @@ def unpack(arrays: Mapping[str, np.ndarray], like: T, shardings: Any) -> T:
                 f"not {x.dtype}{list(x.shape)}; go on with the version that made it"
             )
 
-    def leaf(path: Any, x: Any) -> jax.Array:
-        # A copy: JAX may compute in the array's own memory, and training gives its buffers up.
-        found = jnp.array(arrays[_name(path)], copy=True)
-        return jax.random.wrap_key_data(found) if _is_key(x) else found
 
-    return jax.device_put(jax.tree_util.tree_map_with_path(leaf, like), shardings)
+def size(like: Any) -> int:
+    """Bytes of what `pack` makes of a tree ``like`` this."""
+    return sum(x.dtype.itemsize * x.size for _, x in _packed(like))
+
+
+def _packed(like: Any) -> Any:
+    """(path, type and shape) of each array that `pack` makes of a tree ``like`` this."""
+    return jax.tree_util.tree_leaves_with_path(jax.eval_shape(lambda t: jax.tree.map(_plain, t), like))
 
 
 def _is_key(x: Any) -> bool:

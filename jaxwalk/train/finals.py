@@ -50,7 +50,7 @@ class Finals:
     def settle(self) -> list[tuple[Policy, Marks]]:
         """The finalists with their marks, the winner first; of equals, the one that was evaluated better.
 
-        None if fewer than two are to meet.
+        Empty where fewer than two are to meet: then the best evaluation stands.
         """
         if self._most < 2:
             return []

@@ -24,7 +24,7 @@ from jaxwalk.train import checkpoint, loop
 from jaxwalk.train.assess import Assessor
 from jaxwalk.train.checkpoint import Checkpoint, Store
 from jaxwalk.train.finals import Finals
-from jaxwalk.train.record import Record
+from jaxwalk.train.record import Past, Record
 from jaxwalk.train.stop import Stop
 
 
@@ -147,38 +147,63 @@ class _Run:
           UserError: as for ``resume``.
         """
         self.store = self.store or self._open_store()
-        found = self.store.latest(self.progress.note)
+        like = loop.layout(self.config, self.mesh)
+        found = self.store.latest(self.progress.note, 2 * checkpoint.size(like))
         path = self.folder.path
         if found is None:
             # Killed before the first checkpoint, which follows the first evaluation at once.
-            if (path / run_folder.METRICS).read_bytes().count(b"\n") > 1:
+            if len(run_folder.read_metrics(path)) > 1:
                 raise UserError(f"the run in {path} holds no checkpoint to resume from: begin a new run")
             self.folder.keep(0)
             self.progress.note("no checkpoint yet: the run begins anew")
             return
-        if found.notes["devices"] != self.mesh.size:
+        try:
+            devices, now, good = (found.notes[name] for name in ("devices", "now", "good"))
+            past, _ = Past.from_notes(now), Past.from_notes(good)
+        except (KeyError, TypeError, ValueError, AttributeError):
             raise UserError(
-                f"the run in {path} is laid out for {found.notes['devices']} devices, not {self.mesh.size}: "
-                f"resume it with JAX_NUM_CPU_DEVICES={found.notes['devices']} or on as many GPUs"
+                f"the checkpoint in {self.folder.resume} is of another version of jaxwalk: its notes do not "
+                "fit; go on with the version that made it"
+            ) from None
+        if devices != self.mesh.size:
+            raise UserError(
+                f"the run in {path} is laid out for {devices!s:.20} devices, not {self.mesh.size}: "
+                f"resume it with JAX_NUM_CPU_DEVICES={devices!s:.20} or on as many GPUs"
             )
-        now, good = found.notes["now"], found.notes["good"]
-        self.state = self._place(_under("now.", found.arrays))
         self.good = Checkpoint(_under("good.", found.arrays), good)
-        self.rows = self.folder.keep(now["rows"])
-        self.record = Record.from_notes(now["record"])
-        for footsteps, score in now["finalists"]:
-            self.finals.enter(policy.load(self._candidate(footsteps)), score)
+        checkpoint.check_fits(self.good.arrays, like)
+        self.state = self._place(_under("now.", found.arrays))
+        finalists = [(self._load(footsteps), score) for footsteps, score in past.finalists]
+        self.record = past.record
+        if self.record.found:
+            self._load(self.record.best)
+        self.rows = self.folder.keep(past.rows)
+        for learned, score in finalists:
+            self.finals.enter(learned, score)
         self._forget_what_came_later()
         self.folder.drop_summary()
         self.progress.note(f"resumed at {int(self.state.footsteps):,} footsteps")
 
     def _forget_what_came_later(self) -> None:
         """The policies in the folder become those that the record knows."""
-        for footsteps in (int(file.stem) for file in self.folder.checkpoints.glob("*.safetensors")):
-            if footsteps > self.record.evaluated:
-                self._candidate(footsteps).unlink()
+        for file in self.folder.checkpoints.glob("*.safetensors"):
+            if file.stem.isdecimal() and int(file.stem) > self.record.evaluated:
+                file.unlink()
         if self.record.found:
             files.write_bytes(self.folder.policy, self._candidate(self.record.best).read_bytes())
+
+    def _load(self, footsteps: int) -> Policy:
+        """The policy of an evaluation.
+
+        Raises:
+          UserError: it is gone, damaged, or not of this run's kind.
+        """
+        file = self._candidate(footsteps)
+        found = policy.load(file)
+        told = found.metadata
+        if (told.hidden, told.observation_names) != (self.config.ddpg.hidden, self.config.observation):
+            raise UserError(f"policy {file} is not of the run that it lies in: begin a new run")
+        return found
 
     def _place(self, arrays: dict[str, np.ndarray]) -> loop.TrainState:
         like = loop.layout(self.config, self.mesh)
@@ -186,12 +211,8 @@ class _Run:
 
     def _snapshot(self) -> Checkpoint:
         """All of the run as it is now, but for where it would go back to."""
-        record = self.record.to_notes() | {"seconds": self._seconds()}
-        notes = {
-            "rows": len(self.rows),
-            "record": record,
-            "finalists": [list(x) for x in self.finals.entered],
-        }
+        notes = Past(len(self.rows), self.record, self.finals.entered).to_notes()
+        notes["record"]["seconds"] = self._seconds()
         return Checkpoint(checkpoint.pack(self.state), notes)
 
     def _save(self, now: Checkpoint | None = None, wait: bool = False) -> None:
@@ -315,7 +336,7 @@ class _Run:
             record.compile_seconds += time.perf_counter() - self.started
         row = {"footsteps": footsteps, "seconds": self._seconds()}
         self._log(row | {f"eval/{name}": value for name, value in asdict(found).items()})
-        learned = self._policy(footsteps, found.score if np.isfinite(found.score) else None)
+        learned = self._policy(footsteps, found.score)
         policy.save(learned, self._candidate(footsteps))
         better = np.isfinite(found.score) and (
             not record.found or found.score > record.found[record.best].score
@@ -339,7 +360,7 @@ class _Run:
         """Where the policy of an evaluation is kept."""
         return self.folder.checkpoints / f"{footsteps:09d}.safetensors"
 
-    def _policy(self, footsteps: int, score: float | None) -> Policy:
+    def _policy(self, footsteps: int, score: float) -> Policy:
         return policy.from_learner(
             self.config,
             learner.averaged(self.state.learner),

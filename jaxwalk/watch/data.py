@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from jaxwalk import mjcf
 from jaxwalk.recording import Shove, Walk, camera_path
 
 POSE_SECONDS = 0.01  # about so long from pose to pose
 UNIT = 1e-3  # what a whole number stands for: m, rad, m/s, s
-COLUMNS = ("x", "z", "pitch") + tuple(
-    f"{joint}_{side}" for side in ("left", "right") for joint in ("hip", "knee", "ankle")
-)
+COLUMNS = ("x", "z", "pitch", *mjcf.JOINTS[3:])
 """Of a pose, in the order of ``qpos``."""
 
 

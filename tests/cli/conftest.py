@@ -1,11 +1,11 @@
 """Commands run in this process, with recorders in place of the programs behind them."""
 
+import importlib
 import sys
 import types
 
 import pytest
 
-import jaxwalk
 from jaxwalk.cli import main
 
 
@@ -21,8 +21,11 @@ def called(monkeypatch):
     }
     for module, functions in modules.items():
         recorder = types.SimpleNamespace(**{name: lambda *args: calls.append(args) for name in functions})
-        monkeypatch.setitem(sys.modules, f"jaxwalk.{module}", recorder)
-        monkeypatch.setattr(jaxwalk, module, recorder, raising=False)
+        path = f"jaxwalk.{module}"
+        monkeypatch.setitem(sys.modules, path, recorder)
+        # Once imported, a module is found as its package's attribute.
+        package, _, name = path.rpartition(".")
+        monkeypatch.setattr(importlib.import_module(package), name, recorder, raising=False)
     return calls
 
 

@@ -120,7 +120,7 @@ def test_other_controllers_are_told(runs):
 @pytest.mark.parametrize(
     ("summary", "said"),
     [
-        ("{", "summary.json is not JSON"),
+        ("{", "summary.json: not JSON"),
         ("[1]", "summary.json holds no summary"),
         ('{"footsteps": "many"}', "footsteps is 'many', not a number"),
     ],
@@ -156,4 +156,4 @@ def test_an_empty_run_folder_is_one_line(tmp_path, capsys):
     (tmp_path / "empty").mkdir()
     assert cli.main(["compare", "fixed", str(tmp_path / "empty"), "--out", str(tmp_path / "out")]) == 2
     error = capsys.readouterr().err
-    assert "no such file" in error and error.count("\n") == 1
+    assert "No such file" in error and error.count("\n") == 1

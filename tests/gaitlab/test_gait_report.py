@@ -105,7 +105,7 @@ def test_the_same_report_may_be_written_anew_but_no_other_one(out, result, capsy
     assert {path: path.read_bytes() for path in out.iterdir()} == before
 
 
-@pytest.mark.parametrize(("name", "says"), [("gait.json", "is no gait report"), ("gait.png", "of no gait")])
+@pytest.mark.parametrize(("name", "says"), [("gait.json", "gait.json: not JSON"), ("gait.png", "of no gait")])
 def test_files_of_others_are_left_alone(tmp_path, capsys, name, says):
     (tmp_path / name).write_text("precious")
     assert cli.main(["gait", "fixed", "--out", str(tmp_path), *OPTIONS]) == 2

@@ -290,8 +290,8 @@ def edited(**changes):
 @pytest.mark.parametrize(
     ("spoil", "says"),
     [
-        (lambda path: path.write_text(path.read_text()[:-200]), "map.json cannot be read"),
-        (lambda path: path.write_bytes(b"\xff\xfe"), "map.json cannot be read"),
+        (lambda path: path.write_text(path.read_text()[:-200]), "map.json: not JSON"),
+        (lambda path: path.write_bytes(b"\xff\xfe"), "map.json: not UTF-8 text"),
         (lambda path: path.write_text("[1]"), "is no result of jaxwalk push-map"),
         (edited(format=2), "has format 2, this version reads 1"),
         (edited(made_by="gait"), "was made by jaxwalk gait"),
@@ -300,8 +300,8 @@ def edited(**changes):
         (edited(options={"policy": "shipped", "colour": "red"}), "unknown field colour"),
         (edited(maps=[]), "is no result of jaxwalk push-map (IndexError"),
         (edited(versions="many"), "is no result of jaxwalk push-map (AttributeError"),
-        (lambda path: path.with_suffix(".png").unlink(), "map.png cannot be read"),
-        (lambda path: path.with_suffix(".png").write_bytes(b"no picture"), "map.png cannot be read"),
+        (lambda path: path.with_suffix(".png").unlink(), "map.png: No such file"),
+        (lambda path: path.with_suffix(".png").write_bytes(b"no picture"), "map.png: cannot identify image"),
     ],
 )  # fmt: skip
 def test_bad_results_are_one_line_and_nothing_is_written(folder, asked, tmp_path, capsys, spoil, says):

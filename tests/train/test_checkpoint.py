@@ -38,7 +38,7 @@ def latest(folder, run: str = "mine"):
     said: list[str] = []
     store = Store(folder, run)
     try:
-        found = store.latest(said.append)
+        found = store.latest(said.append, 2**20)
         if found is None:
             return None, said
         number = found.notes["rows"]
