@@ -1,8 +1,9 @@
 """What a walker bears that neither its controllers nor its policy are told of.
 
 A pack is fixed to the torso: mass, centre of mass and inertia about the pitch axis change by the
-parallel-axis theorem. In the plane nothing else of a body's inertia counts. The contacts stay as
-hard as they are without it (MuJoCo's inverse weights, which set that, are the unladen body's).
+parallel-axis theorem. In the plane nothing else of a body's inertia counts; between walls, where it
+rolls and yaws little, the other two moments grow in proportion. The contacts stay as hard as they are
+without it (MuJoCo's inverse weights, which set that, are the unladen body's).
 """
 
 from __future__ import annotations

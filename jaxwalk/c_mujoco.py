@@ -57,19 +57,20 @@ def step(
     """
     borne = () if burden is None else (burden.mass, burden.ahead, burden.up, burden.friction)
     sizes = jnp.stack([jnp.float32(x) for x in (body.length, body.mass, *borne)])
-    plain = jax.ShapeDtypeStruct((9,), jnp.float32)
+    where = mjx_physics.layout(config)
+    plain = jax.ShapeDtypeStruct((where.dofs,), jnp.float32)
     qpos, qvel, warmstart, sensed = jax.pure_callback(
         partial(_batch, config, physics),
-        (plain, plain, plain, jax.ShapeDtypeStruct((11,), jnp.float32)),
+        (plain, plain, plain, jax.ShapeDtypeStruct((where.sensed,), jnp.float32)),
         sizes,
         plant.qpos,
         plant.qvel,
         plant.warmstart,
-        command,
+        where.control(command),
         push,
         vmap_method="broadcast_all",
     )
-    return Plant(qpos, qvel, warmstart), mjx_physics.readings_of(sensed, qpos, qvel)
+    return Plant(qpos, qvel, warmstart), mjx_physics.readings_of(where, sensed, qpos, qvel)
 
 
 @lru_cache(maxsize=_BODIES)
@@ -104,19 +105,19 @@ def _batch(
     qpos: Array,
     qvel: Array,
     warmstart: Array,
-    command: Array,
+    control: Array,
     push: Array,
 ) -> tuple[np.ndarray, ...]:
     """[..., n] arrays of any leading shape; gives qpos, qvel, warmstart and sensors, float32 as they came."""
     lead = qpos.shape[:-1]
-    told = [np.asarray(x, np.float64).reshape(-1, x.shape[-1]) for x in (qpos, qvel, warmstart, command)]
+    told = [np.asarray(x, np.float64).reshape(-1, x.shape[-1]) for x in (qpos, qvel, warmstart, control)]
     sizes = [tuple(row) for row in np.asarray(bodies, np.float64).reshape(-1, bodies.shape[-1]).tolist()]
     known = {size: _model(config, physics, *size) for size in set(sizes)}
     models = [known[size] for size in sizes]
     wrench = np.zeros((len(models), models[0].nbody, 6))
     wrench[:, 1:, [0, 4]] = np.asarray(push).reshape(len(models), -1, 2)
     before = np.concatenate([*told, wrench.reshape(len(models), -1)], axis=1)
-    after = np.full((len(models), 27), np.nan)
+    after = np.full((len(models), 3 * qpos.shape[-1]), np.nan)
     sensed = np.full((len(models), models[0].nsensordata), np.nan)
     data = mujoco.MjData(models[0])  # bodies differ in sizes, not in what there is of them
     for row in np.flatnonzero(np.isfinite(before).all(1)):

@@ -20,6 +20,9 @@ Observable = Literal[
     "speed_desired", "height", "com_ahead",
 ]  # fmt: skip
 
+BodyModel = Literal["planar", "walls"]
+"""How a body moves: in the plane, or in space between two walls, as the paper's (see ``jaxwalk.mjcf``)."""
+
 Engine = Literal["mjx", "mujoco"]
 """What moves the plant: MJX, or C MuJoCo solved to convergence (see ``jaxwalk.c_mujoco``)."""
 
@@ -34,6 +37,8 @@ class BodyConfig:
     """Body mass, kg."""
     table: Literal["winter", "box"] = "winter"
     """Anthropometric table: Winter's segments, or the paper's uniform boxes."""
+    model: BodyModel = "planar"
+    """In the plane, or free between two frictionless walls with a small gap, as the paper's."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +54,7 @@ class PhysicsConfig:
     tolerance: float = 1e-6
     """The solver stops early when its scaled improvement falls below this."""
     contact_timeconst: float = 0.006
-    """Time constant of foot contact (MuJoCo solref[0]), s; at least two ticks."""
+    """Time constant of contacts (MuJoCo solref[0]), s; at least two ticks."""
     friction: float = 0.9
     """Sliding friction between sole and floor."""
     hip_gain: float = 290.0
@@ -66,6 +71,12 @@ class PhysicsConfig:
     """Largest ankle torque, N m."""
     ankle_damping: float = 1.0
     """Passive ankle damping c of the paper, N m s/rad."""
+    abduction_gain: float = 100.0
+    """walls: velocity PID that holds the hip's abduction still, proportional to its rate, N m s/rad."""
+    abduction_integral: float = 1500.0
+    """walls: the same, to the integral of its rate, N m/rad."""
+    abduction_limit: float = 200.0
+    """walls: largest abduction torque, N m."""
 
 
 @dataclass(frozen=True)

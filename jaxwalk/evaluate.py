@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from jaxwalk import files, results, scenarios, subjects
+from jaxwalk import files, results, scenarios, subjects, sway
 from jaxwalk.burdens import Burden
 from jaxwalk.config import BodyConfig, RewardConfig
 from jaxwalk.statistics import each_phase, threshold, worst_phase
@@ -87,7 +87,7 @@ class Programs:
         # What is earned is not looked at: policies trained for other rewards need no other program.
         task = replace(Task.of(subject.config, self._engine), reward=RewardConfig(), gamma=1.0)
         # Nor do other sizes and noises: each scenario brings its own.
-        body = BodyConfig(table=task.setup.body.table)
+        body = BodyConfig(table=task.setup.body.table, model=task.setup.body.model)
         sensors = replace(task.setup.sensors, noise=1.0)
         task = replace(task, setup=replace(task.setup, body=body, sensors=sensors))
         key = subject.act, task
@@ -123,14 +123,21 @@ def evaluate(
     )
     walked = follow("walking", calm, blank, args.seconds)
     result: dict[str, Any] = {"walking": asdict(_walking(walked))}
+    trials = [walked]
     if args.impulses:
-        pushed = _push_test(subject, args, profile_of(walked), follow, burden)
+        tried, pushed = _push_test(subject, args, profile_of(walked), follow, burden)
+        trials.append(tried)
         shares = [float(np.mean(row)) for row in pushed.survival]
         each = each_phase(pushed.impulses, pushed.survival)
         result |= {
             "pushes": asdict(pushed),
             "threshold": threshold(pushed.impulses, shares),
             "threshold_worst_phase": worst_phase(each),
+        }
+    if walked.tally.sway is not None:
+        result["walls"] = {
+            what: asdict(sway.told(trial.tally.sway, trial.tally.seconds, subject.config.body.height))
+            for what, trial in zip(("walking", "pushes"), trials, strict=False)
         }
     return result | results.stamp("evaluate", args, subject, subject.config)
 
@@ -168,7 +175,7 @@ def _push_test(
     profile: Profile,
     follow: Callable[..., Trial],
     burden: Burden | None,
-) -> Pushes:
+) -> tuple[Trial, Pushes]:
     impulses = np.array(sorted(args.impulses), np.float32)
     phases = np.arange(args.phases, dtype=np.float32) / args.phases
     shape = (len(impulses), len(phases), args.replicas)
@@ -193,7 +200,7 @@ def _push_test(
     def mean_recovery(i: int, p: int) -> float | None:
         return float(recovery[i, p][steady[i, p]].mean()) if steady[i, p].any() else None
 
-    return Pushes(
+    return trials, Pushes(
         impulses=[float(x) for x in impulses],
         phases=[float(x) for x in phases],
         survival=survived.mean(2).tolist(),
@@ -220,7 +227,12 @@ def bars(console: Console) -> Iterator[Tell]:
 def main(args: EvaluateArgs) -> None:
     """The command."""
     subject = subjects.load(
-        args.policy, speed=args.speed, height=args.height, mass=args.mass, noise=args.noise
+        args.policy,
+        speed=args.speed,
+        height=args.height,
+        mass=args.mass,
+        noise=args.noise,
+        model=args.model,
     )
     console = Console()
     with bars(console) as tell:
@@ -236,6 +248,11 @@ def _print(console: Console, name: str, result: dict[str, Any]) -> None:
     for key, value in walking.items():
         table.add_row(key, f"{value:.3f}")
     console.print(table)
+    if "walls" in result:
+        table = Table("between walls", *result["walls"])
+        for key in result["walls"]["walking"]:
+            table.add_row(key, *(f"{told[key]:.4f}" for told in result["walls"].values()))
+        console.print(table)
     if "pushes" not in result:
         return
     pushes = result["pushes"]

@@ -20,6 +20,7 @@ from mujoco import mjx
 from jaxwalk import body as body_lib
 from jaxwalk import mjcf
 from jaxwalk.config import BodyConfig, PhysicsConfig
+from jaxwalk.mjcf import Layout
 from jaxwalk.similarity import Similarity
 
 T = TypeVar("T")
@@ -45,14 +46,15 @@ class Plant:
     """What one tick hands to the next.
 
     Attributes:
-      qpos: [9] hip x, hip height (m), torso pitch (rad), then hip, knee, ankle, left and right (rad).
-      qvel: [9] their rates.
-      warmstart: [9] the solver's last acceleration.
+      qpos: [D] hip x, hip height (m), torso pitch (rad), then the other joints as `layout` has them
+        (m, rad); D is 9 in the plane, 16 between walls.
+      qvel: [D] their rates.
+      warmstart: [D] the solver's last acceleration.
     """
 
-    qpos: Float[Array, "9"]
-    qvel: Float[Array, "9"]
-    warmstart: Float[Array, "9"]
+    qpos: Float[Array, "D"]
+    qvel: Float[Array, "D"]
+    warmstart: Float[Array, "D"]
 
 
 @struct.dataclass
@@ -65,6 +67,7 @@ class Readings:
       gyro: [3] angular velocity in the torso's frame, rad/s.
       touch: [2] normal force under the left and right sole, N.
       joints, joint_rates: [2, 3] hip, knee, ankle of each leg, rad and rad/s.
+      walls: [2] normal force of the left and the right wall, N; None in the plane.
     """
 
     velocity: Float[Array, "3"]
@@ -73,11 +76,17 @@ class Readings:
     touch: Float[Array, "2"]
     joints: Float[Array, "2 3"]
     joint_rates: Float[Array, "2 3"]
+    walls: Float[Array, "2"] | None = None
+
+
+def layout(body: BodyConfig) -> Layout:
+    """Where the joints of ``body``'s model lie."""
+    return mjcf.LAYOUTS[body.model]
 
 
 def compile_mujoco(body: BodyConfig, physics: PhysicsConfig) -> mujoco.MjModel:
     """The walker as a C MuJoCo model."""
-    return mjcf.build(body_lib.build(body), physics).compile()
+    return mjcf.build(body_lib.build(body), physics, body.model).compile()
 
 
 @lru_cache(maxsize=16)
@@ -114,19 +123,19 @@ def model_of(config: BodyConfig, physics: PhysicsConfig, body: Similarity) -> mj
     leaves = {name: getattr(model, name) * jnp.float32(h**p * m**q) for name, (p, q) in _LEAVES.items()}
     translational, rotational = 1 / m, 1 / (m * h**2)
     weights = jnp.stack([jnp.float32(translational), jnp.float32(rotational)])
-    dof = jnp.where(jnp.arange(9) < 2, weights[0], weights[1])
+    dof = jnp.where(model.jnt_type == int(mujoco.mjtJoint.mjJNT_SLIDE), weights[0], weights[1])
     damping, stiffness = m * h**1.5, m * h
-    knee = jnp.asarray(model.actuator_biastype == int(mujoco.mjtBias.mjBIAS_AFFINE)) & (
+    position = jnp.asarray(model.actuator_biastype == int(mujoco.mjtBias.mjBIAS_AFFINE)) & (
         model.actuator_gainprm[:, 0] == -model.actuator_biasprm[:, 1]
     )
-    hip = jnp.asarray(model.actuator_biastype == int(mujoco.mjtBias.mjBIAS_AFFINE)) & ~knee
-    gain = jnp.where(hip, damping, jnp.where(knee, stiffness, 1.0))
+    velocity = jnp.asarray(model.actuator_biastype == int(mujoco.mjtBias.mjBIAS_AFFINE)) & ~position
+    gain = jnp.where(velocity, damping, jnp.where(position, stiffness, 1.0))
     bias = model.actuator_biasprm
     bias = bias.at[:, 1].multiply(stiffness).at[:, 2].multiply(damping)
-    floor = jnp.asarray(model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE))  # the floor is nobody's
+    plane = jnp.asarray(model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE))  # floor and walls have no size
     return model.replace(
         **leaves,
-        geom_size=model.geom_size * jnp.where(floor, 1.0, h)[:, None],
+        geom_size=model.geom_size * jnp.where(plane, 1.0, h)[:, None],
         body_invweight0=model.body_invweight0 * weights,
         dof_invweight0=model.dof_invweight0 * dof,
         actuator_gainprm=model.actuator_gainprm * gain[:, None],
@@ -134,14 +143,15 @@ def model_of(config: BodyConfig, physics: PhysicsConfig, body: Similarity) -> mj
     )
 
 
-def _saturated(model: mjx.Model, plant: Plant, command: Float[Array, "6"]) -> mjx.Model:
+def _saturated(where: Layout, model: mjx.Model, plant: Plant, control: Float[Array, "A"]) -> mjx.Model:
     """Servos at their limit become constant torques.
 
     C MuJoCo does so within ``implicitfast``: a clamped force has no derivative. MJX keeps
     the derivative, which brakes a saturated hip like 0.6 kg m^2 of inertia would.
     """
     gain, bias = model.actuator_gainprm, model.actuator_biasprm
-    force = gain[:, 0] * command + bias[:, 0] + bias[:, 1] * plant.qpos[3:] + bias[:, 2] * plant.qvel[3:]
+    angle, rate = where.actuated(plant.qpos), where.actuated(plant.qvel)
+    force = gain[:, 0] * control + bias[:, 0] + bias[:, 1] * angle + bias[:, 2] * rate
     low, high = model.actuator_forcerange[:, 0], model.actuator_forcerange[:, 1]
     # A pure effort has no derivative to lose, and no bias to hold the limit.
     servo = jnp.asarray(model.actuator_biastype == int(mujoco.mjtBias.mjBIAS_AFFINE))
@@ -152,15 +162,18 @@ def _saturated(model: mjx.Model, plant: Plant, command: Float[Array, "6"]) -> mj
     )
 
 
-def readings_of(sensed: Float[Array, "11"], qpos: Float[Array, "9"], qvel: Float[Array, "9"]) -> Readings:
+def readings_of(
+    where: Layout, sensed: Float[Array, "S"], qpos: Float[Array, "D"], qvel: Float[Array, "D"]
+) -> Readings:
     """A tick's readings: MuJoCo's sensors, those of its start; joints after it, as encoders are read."""
     return Readings(
         velocity=sensed[0:3],
         up=sensed[3:6],
         gyro=sensed[6:9],
         touch=sensed[9:11],
-        joints=qpos[3:].reshape(2, 3),
-        joint_rates=qvel[3:].reshape(2, 3),
+        joints=where.sagittal(qpos),
+        joint_rates=where.sagittal(qvel),
+        walls=sensed[11:13] if where.walls else None,
     )
 
 
@@ -182,22 +195,24 @@ def advance(
       velocities are those of the tick's end, forces and sensors those of its start.
     """
     data = _constants(_template_on_host(config, physics))
-    model = _saturated(model, plant, command)
+    where = layout(config)
+    control = where.control(command)
+    model = _saturated(where, model, plant, control)
     nought = jnp.zeros(len(mjcf.SEGMENTS))
     wrench = jnp.stack([push[:, 0], nought, nought, nought, push[:, 1], nought], axis=1)
     data = data.replace(
         qpos=plant.qpos,
         qvel=plant.qvel,
         qacc_warmstart=plant.warmstart,
-        ctrl=command,
+        ctrl=control,
         xfrc_applied=jnp.concatenate([jnp.zeros((1, 6)), wrench]),  # nobody pushes the world
     )
     return model, mjx.step(model, data)
 
 
-def outcome(data: mjx.Data) -> tuple[Plant, Readings]:
+def outcome(config: BodyConfig, data: mjx.Data) -> tuple[Plant, Readings]:
     """What the tick that `advance` made hands on, and what was sensed of it."""
-    readings = readings_of(data.sensordata, data.qpos, data.qvel)
+    readings = readings_of(layout(config), data.sensordata, data.qpos, data.qvel)
     return Plant(data.qpos, data.qvel, data.qacc_warmstart), readings
 
 
@@ -216,4 +231,4 @@ def step(
       push: [7, 2] forward force (N) and pitching moment (N m) at each segment's centre of mass.
     """
     _, data = advance(config, physics, model, plant, command, push)
-    return outcome(data)
+    return outcome(config, data)

@@ -62,7 +62,7 @@ class Walk:
     """What was walked.
 
     Attributes:
-      qpos: [N, 9] after each tick, the start first.
+      qpos: [N, D] after each tick, the start first.
       timestep: s.
       push: (start, end) of the push, s; None without one.
       fell: when, s; None if it never did.
@@ -185,7 +185,7 @@ def record(loop: Loop, model: mujoco.MjModel, seconds: float, seed: int, shove: 
 
 
 def collapse(model: mujoco.MjModel, qpos: np.ndarray, qvel: np.ndarray, ticks: int) -> np.ndarray:
-    """[ticks, 9] what becomes of a body that nothing holds up any more."""
+    """[ticks, D] what becomes of a body that nothing holds up any more."""
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = qpos, qvel
     rows = np.empty((ticks, len(qpos)))

@@ -108,7 +108,12 @@ def main(args: RenderArgs) -> None:
       UserError: no such policy, no OpenGL, or the file cannot be written.
     """
     subject = subjects.load(
-        args.policy, speed=args.speed, height=args.height, mass=args.mass, noise=args.noise
+        args.policy,
+        speed=args.speed,
+        height=args.height,
+        mass=args.mass,
+        noise=args.noise,
+        model=args.model,
     )
     stage.choose_backend()  # before the walk, which takes its time
     console = Console()

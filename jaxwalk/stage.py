@@ -38,7 +38,13 @@ _SKY, _HORIZON = (0.80, 0.88, 0.95), (0.97, 0.98, 0.99)
 _FLOOR, _TILE, _LINE = (0.88, 0.90, 0.92), (0.79, 0.82, 0.85), (0.68, 0.72, 0.76)
 
 # A body that has fallen: joints stay within what knees and hips can do, and only friction moves them.
-_RANGES = {"hip": (-0.6, 2.1), "knee": (0.0, 2.4), "ankle": (-0.8, 0.5)}
+_RANGES = {
+    "hip": (-0.6, 2.1),
+    "knee": (0.0, 2.4),
+    "ankle": (-0.8, 0.5),
+    "abduction": (-0.1, 0.4),
+    "inversion": (-0.3, 0.3),
+}
 _LIMP_DAMPING = 12.0  # N m s/rad, on the reference body
 
 
@@ -136,7 +142,7 @@ def _let_go(spec: mujoco.MjSpec, damping: float) -> None:
 def model(config: Config) -> mujoco.MjModel:
     """The walker of ``config`` in C MuJoCo as it is drawn; stepped, it is a limp body that falls."""
     person = body_lib.build(config.body)
-    spec = mjcf.build(person, config.physics)
+    spec = mjcf.build(person, config.physics, config.body.model)
     _dress(spec)
     _let_go(spec, _LIMP_DAMPING * Similarity.of(person.height, person.mass).rotational_damping)
     return spec.compile()
@@ -179,7 +185,7 @@ class Stage:
         """One picture, [height, width, 3] bytes.
 
         Args:
-          qpos: [9] the pose. centre: x of the picture's middle, m.
+          qpos: [D] the pose. centre: x of the picture's middle, m.
         """
         self._data.qpos[:] = qpos
         mujoco.mj_forward(self._model, self._data)

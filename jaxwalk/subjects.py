@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxwalk import baselines, config_io, footstep, policy, reading, resources, run_folder, walker, windows
-from jaxwalk.config import REFERENCE_HEIGHT, Config
+from jaxwalk.config import REFERENCE_HEIGHT, BodyModel, Config
 from jaxwalk.errors import UserError
 
 SHIPPED, FIXED = "shipped", "fixed"
@@ -54,22 +54,23 @@ def load(
     height: float | None = None,
     mass: float | None = None,
     noise: float | None = None,
+    model: BodyModel | None = None,
 ) -> Subject:
     """The subject called ``name``: a run folder, a policy file, or a name of `jaxwalk.cli.checks.BUILT_IN`.
 
     Args:
-      speed: desired, m/s. height: m. mass: kg. noise: scale of the sensors' noise. None
-        leaves the value of the policy's own configuration.
+      speed: desired, m/s. height: m. mass: kg. noise: scale of the sensors' noise. model: of the
+        body. None leaves the value of the policy's own configuration.
 
     Raises:
       UserError: no such policy, a damaged one, or a value out of range.
     """
     if name == FIXED:
-        config = _changed(Config(), speed, height, mass, noise)
+        config = _changed(Config(), speed, height, mass, noise, model)
         return Subject(name, config, nominal(config), _never_adapted)
     if name in baselines.RULES:
         seen = dataclasses.replace(Config(), observation=baselines.OBSERVATION)
-        config = _changed(seen, speed, height, mass, noise)
+        config = _changed(seen, speed, height, mass, noise, model)
         rule = baselines.strong(baselines.RULES[name])
         return Subject(name, config, (rule, baselines.reference(config.gait)), baselines.act)
     path = file(name)
@@ -84,7 +85,7 @@ def load(
         raise UserError(
             f"policy {path}: it contradicts its own configuration; give a policy that jaxwalk saved"
         )
-    config = _changed(trained, speed, height, mass, noise)
+    config = _changed(trained, speed, height, mass, noise, model)
     return Subject(name, config, policy.without_origin(loaded), policy.act)
 
 
@@ -96,7 +97,7 @@ def configured(path: Path, loaded: policy.Policy) -> Config:
     """
     try:
         trained = config_io.from_dict(Config, reading.parse(loaded.metadata.config))
-        return _changed(trained, None, None, None, None)
+        return _changed(trained, None, None, None, None, None)
     except (UserError, reading.Bad, ArithmeticError) as error:
         raise UserError(f"policy {path}: its configuration does not fit this version ({error})") from None
 
@@ -131,12 +132,18 @@ def nominal(config: Config) -> Float[Array, "2"]:
 
 
 def _changed(
-    config: Config, speed: float | None, height: float | None, mass: float | None, noise: float | None
+    config: Config,
+    speed: float | None,
+    height: float | None,
+    mass: float | None,
+    noise: float | None,
+    model: BodyModel | None,
 ) -> Config:
     body = dataclasses.replace(
         config.body,
         height=config.body.height if height is None else height,
         mass=config.body.mass if mass is None else mass,
+        model=config.body.model if model is None else model,
     )
     gait = config.gait if speed is None else dataclasses.replace(config.gait, speed_desired=speed)
     sensors = config.sensors if noise is None else dataclasses.replace(config.sensors, noise=noise)

@@ -19,10 +19,11 @@ from flax import struct
 from jax.sharding import Mesh
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from jaxwalk import devices, pushes, stepper, walker
+from jaxwalk import devices, pushes, stepper, sway, walker
 from jaxwalk.burdens import Burden
 from jaxwalk.config import GaitConfig
 from jaxwalk.stepper import Stepper, Task
+from jaxwalk.sway import Sway
 
 BINS, BIN_SECONDS = 64, 0.0125  # of the time since touch-down, for the speed's profile
 SETTLE_SECONDS = 3.0  # statistics begin after this
@@ -91,6 +92,7 @@ class Tally:
       steady: how long that has been within `RECOVERED` since the push, s.
       recovery: from the push's end to being steady for a whole step, s; inf before that.
       fall_seconds: life at the fall; inf while up.
+      sway: between walls; None in the plane.
     """
 
     seconds: Float[Array, ""]
@@ -111,6 +113,7 @@ class Tally:
     steady: Float[Array, ""]
     recovery: Float[Array, ""]
     fall_seconds: Float[Array, ""]
+    sway: Sway | None = None
 
 
 @struct.dataclass
@@ -166,6 +169,7 @@ def begin(task: Task, numbers: GaitConfig, scenario: Scenario) -> Trial:
         steady=zero,
         recovery=jnp.float32(jnp.inf),
         fall_seconds=jnp.float32(jnp.inf),
+        sway=None if state.walker.walls is None else sway.start(),
     )
     return Trial(scenario, state, jnp.int32(0), tally, zero, jnp.ones(()), state.observation)
 
@@ -180,7 +184,7 @@ def _tick(task: Task, profile: Profile, model, trial: Trial, white: Float[Array,
     due = landed & (touchdowns == PUSH_STEP) & (trial.scenario.impulse != 0)
     push = body.push.replace(start=jnp.where(due, body.tick + delay, body.push.start))
     after = after.replace(walker=body.replace(push=push))
-    tally = _count(task, profile, trial.tally, before, after, landed)
+    tally = _count(task, profile, trial, before, after, landed)
     # A fall before its touch-down was answered is the next footstep's, here; what breaks is never told.
     ended = (landed | after.terminated) & ~after.broken
     earned = trial.earned + jnp.where(ended, trial.weight * after.last.transition.reward, 0.0)
@@ -190,9 +194,9 @@ def _tick(task: Task, profile: Profile, model, trial: Trial, white: Float[Array,
 
 
 def _count(
-    task: Task, profile: Profile, tally: Tally, before: Stepper, after: Stepper, landed: Bool[Array, ""]
+    task: Task, profile: Profile, trial: Trial, before: Stepper, after: Stepper, landed: Bool[Array, ""]
 ) -> Tally:
-    dt, body = task.setup.timestep, after.walker
+    tally, dt, body = trial.tally, task.setup.timestep, after.walker
     seconds = body.tick * dt
     counts = (seconds > SETTLE_SECONDS).astype(jnp.float32)
     pitch, speed = body.plant.qpos[2], body.sensors.last_velocity
@@ -230,6 +234,7 @@ def _count(
         fall_seconds=jnp.where(
             after.terminated, jnp.minimum(tally.fall_seconds, seconds), tally.fall_seconds
         ),
+        sway=None if tally.sway is None else sway.count(tally.sway, trial.scenario.height, body, counts * dt),
     )
 
 

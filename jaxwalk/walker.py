@@ -69,6 +69,7 @@ class Walker:
       push: the push it meets.
       key: of its noise.
       tick: ticks lived.
+      walls: [2] normal force of the left and the right wall in the last tick, N; None in the plane.
     """
 
     person: Person
@@ -79,6 +80,7 @@ class Walker:
     push: pushes.Push
     key: PRNGKeyArray
     tick: Int[Array, ""]
+    walls: Float[Array, "2"] | None = None
 
 
 @struct.dataclass
@@ -145,7 +147,7 @@ def start(
     Thighs at about +-asin(0.26), soles level, about 1.1 m/s on the reference body, the
     torso not turning; ``spread`` scales the random differences between starts.
     """
-    bones = skeleton(setup, who)
+    bones, where = skeleton(setup, who), physics.layout(setup.body)
     key, pose_key, side_key, sensor_key = jax.random.split(key, 4)
     jitter = spread * jax.random.uniform(pose_key, (3,), minval=-1.0, maxval=1.0)
     half = jnp.arcsin(0.26 * (1 + 0.1 * jitter[0]))
@@ -161,9 +163,9 @@ def start(
     turning = -speed / (straight * jnp.cos(half)) * jnp.ones(2)
     rates = jnp.stack([turning, jnp.zeros(2), -turning], axis=1)
     plant = physics.Plant(
-        qpos=jnp.concatenate([jnp.stack([jnp.zeros(()), height, pitch]), joints.reshape(6)]),
-        qvel=jnp.concatenate([jnp.stack([speed, jnp.zeros(()), jnp.zeros(())]), rates.reshape(6)]),
-        warmstart=jnp.zeros(9),
+        qpos=where.vector(jnp.stack([jnp.zeros(()), height, pitch]), joints),
+        qvel=where.vector(jnp.stack([speed, jnp.zeros(()), jnp.zeros(())]), rates),
+        warmstart=jnp.zeros(where.dofs),
     )
     state = sensors.start(setup.sensors, sensor_key, noise, speed)
     zero = jnp.zeros(())
@@ -186,7 +188,8 @@ def start(
         toe_off=torque,
         toe_off_seconds=seconds,
     )
-    return Walker(who, plant, state, estimate, clock, pushes.none(), key, jnp.int32(0))
+    walls = jnp.zeros(2) if where.walls else None
+    return Walker(who, plant, state, estimate, clock, pushes.none(), key, jnp.int32(0), walls)
 
 
 def _toe_off(
@@ -304,6 +307,7 @@ def moved(
         gait=jax.tree.map(lambda new, old: jnp.where(landed, new, old), restarted, clock),
         push=pushes.met(walker.push, walker.tick, walker.gait.stance),
         tick=walker.tick + 1,
+        walls=readings.walls,
     )
     finite = jnp.all(jnp.isfinite(plant.qpos)) & jnp.all(jnp.isfinite(plant.qvel))
     fell = has_fallen(setup, after) | ~finite

@@ -1,4 +1,4 @@
-"""Write models/planar.xml and, of the paper's boxes, models/planar_box.xml from the anthropometry.
+"""Write models/*.xml from the anthropometry: the planar walker, and the paper's boxes in both models.
 
 The package builds its models itself and never reads these files; they are for people,
 for MuJoCo's viewer and for other programs. A test fails when they drift from the code.
@@ -14,13 +14,17 @@ from pathlib import Path
 from jaxwalk import body, mjcf, runtime
 from jaxwalk.config import BodyConfig, PhysicsConfig
 
-FILES = {"planar.xml": BodyConfig(), "planar_box.xml": BodyConfig(table="box")}
+FILES = {
+    "planar.xml": BodyConfig(),
+    "planar_box.xml": BodyConfig(table="box"),
+    "biped_walls.xml": BodyConfig(table="box", model="walls"),
+}
 MODELS = Path(__file__).resolve().parent.parent / "models"
 
 
 def text(config: BodyConfig) -> str:
     """The default walker of ``config``'s body as MJCF."""
-    spec = mjcf.build(body.build(config), PhysicsConfig())
+    spec = mjcf.build(body.build(config), PhysicsConfig(), config.model)
     spec.compile()  # to_xml wants a spec that is known to be sound
     return spec.to_xml()
 

@@ -28,7 +28,7 @@ from rich.console import Console
 from rich.table import Table
 
 from jaxwalk import c_mujoco, controllers, physics, runtime, walker
-from jaxwalk.config import Config, PhysicsConfig
+from jaxwalk.config import BodyConfig, BodyModel, Config, PhysicsConfig
 from jaxwalk.similarity import Similarity
 
 FINE = 0.00025  # s
@@ -48,6 +48,8 @@ class Args:
     """Line-search iterations."""
     contact_timeconsts: tuple[float, ...] = (PhysicsConfig.contact_timeconst,)
     """Contact time constants, s; those shorter than two ticks are skipped."""
+    model: BodyModel = "planar"
+    """Of the body: planar, or walls."""
     walkers: int = 128
     """Walkers in the batch."""
     json: Path | None = None
@@ -56,7 +58,7 @@ class Args:
 
 @dataclass(frozen=True)
 class Replay:
-    """[B, 9] starts, and the [B, T, 6] commands of T ticks of ``timestep`` s that followed."""
+    """[B, D] starts, and the [B, T, 6] commands of T ticks of ``timestep`` s that followed."""
 
     start: physics.Plant
     commands: np.ndarray
@@ -123,7 +125,7 @@ def by_c(config: Config, settings: PhysicsConfig, replay: Replay) -> np.ndarray:
         mujoco.mj_resetData(model, data)
         data.qpos, data.qvel, path = qpos, qvel, []
         for command in told:
-            data.ctrl = command
+            data.ctrl[:6] = command
             mujoco.mj_step(model, data)
             path.append(data.qpos[:3].copy())
         paths.append(path)
@@ -141,7 +143,7 @@ def errors(path: np.ndarray, truth: np.ndarray, timestep: float, truth_step: flo
 
 def main(args: Args) -> None:
     runtime.setup()
-    config = Config()
+    config = Config(body=BodyConfig(model=args.model))
     replay = record(config, args.walkers)
 
     def changed(**settings: Any) -> PhysicsConfig:

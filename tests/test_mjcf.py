@@ -35,7 +35,7 @@ def pose(model, **angles):
     return data
 
 
-@pytest.mark.parametrize("name", ["planar.xml", "planar_box.xml"])
+@pytest.mark.parametrize("name", ["planar.xml", "planar_box.xml", "biped_walls.xml"])
 def test_committed_models_are_the_generated_ones(name):
     making = make_models()
     fresh = making.text(making.FILES[name])
@@ -57,15 +57,15 @@ def test_a_committed_model_loads_as_the_one_in_use(model):
 
 def test_nine_degrees_of_freedom_in_order(model):
     assert (model.nq, model.nv) == (9, 9)
-    assert [model.joint(i).name for i in range(9)] == list(mjcf.JOINTS)
-    assert mjcf.JOINTS == (
+    assert [model.joint(i).name for i in range(9)] == list(mjcf.PLANAR.joints)
+    assert mjcf.PLANAR.joints == (
         "root_x", "root_z", "root_pitch",
         "hip_left", "knee_left", "ankle_left", "hip_right", "knee_right", "ankle_right",
     )  # fmt: skip
 
 
 def test_six_actuators_in_order_each_on_its_own_joint(model):
-    assert [model.actuator(i).name for i in range(model.nu)] == list(mjcf.JOINTS[3:])
+    assert [model.actuator(i).name for i in range(model.nu)] == list(mjcf.PLANAR.joints[3:])
     for i in range(model.nu):
         assert model.joint(model.actuator(i).trnid[0]).name == model.actuator(i).name
 

@@ -254,7 +254,11 @@ _UNUSED = {
 
 
 @pytest.mark.parametrize(("height", "mass"), [(1.4, 90.0), (2.3, 60.0), (1.8, 75.0)])
-@pytest.mark.parametrize("base", [BodyConfig(), BodyConfig(1.6, 66.0, "box")], ids=["default", "box"])
+@pytest.mark.parametrize(
+    "base",
+    [BodyConfig(), BodyConfig(1.6, 66.0, "box"), BodyConfig(1.7, 70.0, model="walls")],
+    ids=["default", "box", "walls"],
+)
 def test_a_scaled_model_is_the_one_compiled_for_that_body(base, height, mass):
     scaled = physics.model_of(base, CONFIG.physics, Similarity.of(height, mass))
     compiled = physics.compile_mujoco(dataclasses.replace(base, height=height, mass=mass), CONFIG.physics)

@@ -51,11 +51,11 @@ def bare_steps(config: Config, task: Task, body: Walker, commands: Float[Array, 
     """One walker, the same ticks as users of MJX write them: ``mjx.step`` on the whole of its data."""
     model = walker.model(task.setup, body.person)
     data = mjx.make_data(physics.compile_mujoco(config.body, config.physics), impl="jax")
-    plant = body.plant
+    plant, where = body.plant, physics.layout(config.body)
     data = data.replace(qpos=plant.qpos, qvel=plant.qvel, qacc_warmstart=plant.warmstart)
 
     def step(data: mjx.Data, command: Float[Array, "6"]) -> tuple[mjx.Data, None]:
-        return mjx.step(model, data.replace(ctrl=command)), None
+        return mjx.step(model, data.replace(ctrl=where.control(command))), None
 
     return jax.lax.scan(step, data, commands)[0]
 

@@ -11,7 +11,7 @@ import tyro
 
 from jaxwalk import files
 from jaxwalk.cli import checks
-from jaxwalk.cli.parse import POLICIES, Impulses, OptionalFloat, parse
+from jaxwalk.cli.parse import POLICIES, Impulses, OptionalFloat, OptionalModel, parse
 from jaxwalk.compare import entry
 from jaxwalk.config import Engine
 from jaxwalk.errors import UserError
@@ -53,6 +53,7 @@ class CompareArgs:
     """Stature of all walkers, m. Default: that of the policies' configuration."""
     mass: OptionalFloat = None
     """Mass of all walkers, kg. Default: that of the policies' configuration."""
+    model: OptionalModel = None
     noise: float = 1.0
     """Scale of the sensors' noise and bias: 1 realistic, 0 none."""
     engine: Engine = "mjx"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from jaxwalk import files
 from jaxwalk.cli import checks
-from jaxwalk.cli.parse import Impulses, OptionalFile, OptionalFloat, Policy, parse
+from jaxwalk.cli.parse import Impulses, OptionalFile, OptionalFloat, OptionalModel, Policy, parse
 from jaxwalk.config import Engine
 
 
@@ -36,6 +36,7 @@ class EvaluateArgs:
     """Stature of all walkers, m. Default: that of the policy's configuration."""
     mass: OptionalFloat = None
     """Mass of all walkers, kg. Default: that of the policy's configuration."""
+    model: OptionalModel = None
     noise: float = 1.0
     """Scale of the sensors' noise and bias: 1 realistic, 0 none."""
     engine: Engine = "mjx"

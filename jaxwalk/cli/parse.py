@@ -8,10 +8,11 @@ import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, TypeVar, get_args
 
 import tyro
 
+from jaxwalk.config import BodyModel
 from jaxwalk.errors import UserError
 from jaxwalk.points import Point
 
@@ -141,6 +142,14 @@ Policy = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="POLICY", he
 OptionalPolicy = Annotated[str | None, tyro.conf.arg(metavar="POLICY")]
 OptionalFile = Annotated[Path | None, tyro.conf.arg(metavar="PATH")]
 OptionalFloat = Annotated[float | None, tyro.conf.arg(metavar="FLOAT")]
+OptionalModel = Annotated[
+    BodyModel | None,
+    tyro.conf.arg(
+        metavar=f"{{{','.join(get_args(BodyModel))}}}",
+        help="The body: in the plane, or free between two frictionless walls, as the paper's. Default: that "
+        "of the policy's configuration.",
+    ),
+]
 Impulses = Annotated[tuple[float, ...], _list_of("impulses")]
 """Impulses in N s, as ``30,-40`` on the command line; positive ones push forward."""
 Numbers = Annotated[tuple[float, ...], _list_of("numbers")]

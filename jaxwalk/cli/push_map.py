@@ -8,7 +8,7 @@ from pathlib import Path
 
 from jaxwalk import files
 from jaxwalk.cli import checks
-from jaxwalk.cli.parse import Impulses, Numbers, Points, Policy, parse
+from jaxwalk.cli.parse import Impulses, Numbers, OptionalModel, Points, Policy, parse
 from jaxwalk.config import Engine
 from jaxwalk.errors import UserError
 from jaxwalk.points import Point
@@ -38,6 +38,7 @@ class PushMapArgs:
     chunk: int = 512
     """Trials in one program: what bounds the memory. Pushes, starts and noise do not depend on it, nor on the
     number of devices; programs of other sizes round otherwise, which can turn a trial on the brink."""
+    model: OptionalModel = None
     engine: Engine = "mjx"
     """What moves the walkers: mjx, or mujoco (C MuJoCo in doubles, solved to convergence)."""
     seed: int = 0

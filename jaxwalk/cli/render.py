@@ -8,7 +8,7 @@ from pathlib import Path
 
 from jaxwalk import files
 from jaxwalk.cli import checks
-from jaxwalk.cli.parse import OptionalFloat, Policy, parse
+from jaxwalk.cli.parse import OptionalFloat, OptionalModel, Policy, parse
 from jaxwalk.errors import UserError
 
 SUFFIXES = (".mp4", ".gif", ".png")
@@ -37,6 +37,7 @@ class RenderArgs:
     """Stature, m. Default: that of the policy's configuration."""
     mass: OptionalFloat = None
     """Mass, kg. Default: that of the policy's configuration."""
+    model: OptionalModel = None
     noise: float = 1.0
     """Scale of the sensors' noise and bias: 1 realistic, 0 none."""
     width: int = 960

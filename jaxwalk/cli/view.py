@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from jaxwalk.cli import checks
-from jaxwalk.cli.parse import OptionalFloat, Policy, parse
+from jaxwalk.cli.parse import OptionalFloat, OptionalModel, Policy, parse
 
 
 @dataclass(frozen=True)
@@ -21,6 +21,7 @@ class ViewArgs:
     """Mass, kg. Default: that of the policy's configuration."""
     speed: OptionalFloat = None
     """Forward speed that is asked for, m/s. Default: that of the policy's configuration."""
+    model: OptionalModel = None
     noise: float = 1.0
     """Scale of the sensors' noise and bias: 1 realistic, 0 none."""
     seed: int = 0

@@ -37,7 +37,14 @@ def compare(args: CompareArgs, progress: Progress) -> dict[str, Any]:
       UserError: a policy that cannot be loaded, or that walks in another world than the first.
     """
     entries = entry.parse(args.policies)
-    loaded = cast.load(entries, speed=args.speed, height=args.height, mass=args.mass, noise=args.noise)
+    loaded = cast.load(
+        entries,
+        speed=args.speed,
+        height=args.height,
+        mass=args.mass,
+        noise=args.noise,
+        model=args.model,
+    )
     files.make_folder("--out", args.out)
     same = {field.name for field in dataclasses.fields(EvaluateArgs)} - {"policy", "json"}
     options = EvaluateArgs(policy="", **{name: getattr(args, name) for name in same})

@@ -67,6 +67,7 @@ class Instruments:
         self._own, self._rng, self._dt = config.sensors, rng, config.physics.timestep
         self._noise, self._bias = float(state.noise), np.asarray(state.bias)
         self._velocity = float(state.last_velocity)
+        self._where = physics.layout(config.body)
 
     def read(self, data: mujoco.MjData) -> Sensors:
         own, white = self._own, self._noise * self._rng.standard_normal(18)
@@ -77,8 +78,8 @@ class Instruments:
             acceleration=(sensed[0] - before) / self._dt + self._bias[1] + own.acceleration_std * white[1],
             pitch=np.arctan2(sensed[3], sensed[5]) + self._bias[2] + own.pitch_std * white[2],
             pitch_rate=sensed[7] + own.gyro_std * white[3],
-            joints=(data.qpos[3:] + own.encoder_std * white[4:10]).reshape(2, 3),
-            joint_rates=(data.qvel[3:] + own.encoder_rate_std * white[10:16]).reshape(2, 3),
+            joints=self._where.sagittal(data.qpos) + own.encoder_std * white[4:10].reshape(2, 3),
+            joint_rates=self._where.sagittal(data.qvel) + own.encoder_rate_std * white[10:16].reshape(2, 3),
             touch=sensed[9:11] + own.touch_std * white[16:18],
         )
 
@@ -121,7 +122,7 @@ def walk(
             begin = tick + round(shove.delay / dt)
         pushed = shove is not None and begin is not None and begin <= tick < begin + round(shove.seconds / dt)
         data.xfrc_applied[1, 0] = shove.impulse / shove.seconds if shove is not None and pushed else 0.0
-        data.ctrl[:] = command
+        data.ctrl[:6] = command  # what is beyond is told to stand still
         mujoco.mj_step(model, data)
         said = instruments.read(data)
         command = runtime.tick(said)

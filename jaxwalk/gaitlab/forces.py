@@ -9,6 +9,7 @@ from mujoco import mjx
 
 from jaxwalk import kinematics
 from jaxwalk.kinematics import Skeleton
+from jaxwalk.mjcf import Layout
 from jaxwalk.physics import Plant
 
 
@@ -32,38 +33,38 @@ class Forces:
     contact_power: Float[Array, ""]
 
 
-def of_tick(body: Skeleton, plant: Plant, made_with: mjx.Model, data: mjx.Data) -> Forces:
+def of_tick(where: Layout, body: Skeleton, plant: Plant, made_with: mjx.Model, data: mjx.Data) -> Forces:
     """The forces of a tick, out of what it was made with and what MJX knows of it.
 
     The integrator is implicit in the joint rates: servos and dampers act with the rates of the
     tick's end, and so they are counted here.
 
     Args:
-      plant: at the tick's start.
+      where: joints lie. plant: at the tick's start.
       made_with, data: what `physics.advance` gave for it.
     """
     gained = data.qvel - plant.qvel
-    torque = data.actuator_force + made_with.actuator_biasprm[:, 2] * gained[3:]
+    torque = data.actuator_force + made_with.actuator_biasprm[:, 2] * where.actuated(gained)
     passive = -made_with.dof_damping * data.qvel
     mean = 0.5 * (plant.qvel + data.qvel)
     return Forces(
-        torque=torque.reshape(2, 3),
-        damping=passive[3:].reshape(2, 3)[:, 2],
-        rates=mean[3:].reshape(2, 3),
-        ground=_ground(body, plant, data),
+        torque=torque[:6].reshape(2, 3),
+        damping=where.sagittal(passive)[:, 2],
+        rates=where.sagittal(mean),
+        ground=_ground(where, body, plant, data),
         contact_power=jnp.dot(data.qfrc_constraint, mean),
     )
 
 
-def _ground(body: Skeleton, plant: Plant, data: mjx.Data) -> Float[Array, "2 2"]:
+def _ground(where: Layout, body: Skeleton, plant: Plant, data: mjx.Data) -> Float[Array, "2 2"]:
     """Upward: the sole's touch sensor. Forward: from the contacts' moments about knee and ankle.
 
     Their difference is that of the force about the knee when it acts at the ankle: with r from knee
     to ankle, r_z F_x - r_x F_z. A straight leg is no obstacle, the shank being upright enough.
     """
     upward = data.sensordata[9:11]
-    _, knee, ankle = data.qfrc_constraint[3:].reshape(2, 3).T
-    shank = kinematics.shank_angles(plant.qpos[3:].reshape(2, 3), plant.qpos[2])
+    _, knee, ankle = where.sagittal(data.qfrc_constraint).T
+    shank = kinematics.shank_angles(where.sagittal(plant.qpos), plant.qpos[2])
     forth, down = body.shank * jnp.sin(shank), -body.shank * jnp.cos(shank)
     # The ankle's axis points the other way: its moment is counted as dorsiflexion.
     forward = (knee + ankle + forth * upward) / down

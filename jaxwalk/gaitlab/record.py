@@ -48,16 +48,18 @@ def tick(task: Task, model: mjx.Model, state: Stepper) -> tuple[Stepper, Ticks]:
     command, push = walker.drive(setup, body)
     made_with, data = physics.advance(setup.body, setup.physics, model, body.plant, command, push)
     white = walker.noise(body, 1)[0]
-    after = stepper.moved(task, state, *walker.moved(setup, body, *physics.outcome(data), white))
+    plant, readings = physics.outcome(setup.body, data)
+    after = stepper.moved(task, state, *walker.moved(setup, body, plant, readings, white))
 
     bones = walker.skeleton(setup, body.person)
-    joints, pitch = body.plant.qpos[3:].reshape(2, 3), body.plant.qpos[2]
+    where = physics.layout(setup.body)
+    joints, pitch = where.sagittal(body.plant.qpos), body.plant.qpos[2]
     x, _ = kinematics.ankles(bones, joints, pitch)
     return after, Ticks(
         pitch=pitch,
         joints=joints,
         ankle_x=body.plant.qpos[0] + x,
-        forces=forces.of_tick(bones, body.plant, made_with, data),
+        forces=forces.of_tick(where, bones, body.plant, made_with, data),
         fell=after.terminated,
     )
 

@@ -75,7 +75,7 @@ def _pendulum(subject: Subject, walked: Trial, found: table.Table) -> Pendulum:
 
 def main(args: PushMapArgs) -> None:
     """The command."""
-    subject = subjects.load(args.policy)
+    subject = subjects.load(args.policy, model=args.model)
     console = Console()
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
     with Progress(

@@ -25,7 +25,7 @@ _DAMAGED_PNG = (
     OSError, SyntaxError, ValueError, EOFError, struct.error, zlib.error, Image.DecompressionBombError,
     Image.DecompressionBombWarning,
 )  # fmt: skip
-_CHANGES = ("speed", "height", "mass", "noise")  # options that change the policy's configuration
+_CHANGES = ("speed", "height", "mass", "noise", "model")  # options that change the policy's configuration
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ import numpy as np
 from jaxwalk import mjcf
 
 _FAR, _NEAR = mjcf.SIDES  # seen from the right, the left leg is the far one
+_PITCHES = ("root_pitch", "hip", "knee", "ankle")  # what a body turns by in the plane
 _TRUNK = (("block", "torso", "head", "head"), ("block", "torso", "trunk", "trunk"))
 
 
@@ -42,9 +43,10 @@ def _plane(vector: np.ndarray) -> list[float]:
 def _body(model: mujoco.MjModel, name: str) -> dict[str, Any]:
     body = model.body(name)
     x, z = _plane(body.pos)
-    joint = int(body.jntadr[0]) + int(body.jntnum[0]) - 1  # the torso's hinge follows its slides
+    joints = range(int(body.jntadr[0]), int(body.jntadr[0]) + int(body.jntnum[0]))
+    (turn,) = (np.sign(model.jnt_axis[i][1]) for i in joints if model.joint(i).name.startswith(_PITCHES))
     parent = -1 if name == mjcf.SEGMENTS[0] else mjcf.SEGMENTS.index(model.body(int(body.parentid[0])).name)
-    return {"name": name, "parent": parent, "x": x, "z": z, "turn": int(np.sign(model.jnt_axis[joint][1]))}
+    return {"name": name, "parent": parent, "x": x, "z": z, "turn": int(turn)}
 
 
 def _box(model: mujoco.MjModel, kind: str, body: str, geom: str, colour: str) -> dict[str, Any]:
@@ -67,7 +69,9 @@ def _of_leg(model: mujoco.MjModel, part: str, side: str, colour: str) -> dict[st
     name = f"{part}_{side}"
     if part != "foot":
         return _box(model, "limb", name, name, colour)
-    ends = [model.geom(f"{end}_{side}") for end in ("toe", "heel")]
+    flat = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, f"toe_{side}") >= 0
+    corner = "" if flat else "_outer"  # between walls a sole has four
+    ends = [model.geom(f"{end}{corner}_{side}") for end in ("toe", "heel")]
     points = [[0.0, 0.0], *(_plane(end.pos) for end in ends)]  # the ankle, and what touches the floor
     radius = round(float(ends[0].size[0]), 5)
     segment = mjcf.SEGMENTS.index(name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from jaxwalk import __version__, policy, recording, stage
+from jaxwalk import __version__, physics, policy, recording, stage
 from jaxwalk.errors import UserError
 from jaxwalk.recording import Shove, Walk
 from jaxwalk.subjects import Subject
@@ -27,7 +28,7 @@ class Replay:
 
     Attributes:
       subject: who walked. seed: of the starts and the noise.
-      walks: with the push asked for; the first has none.
+      walks: with the push asked for, their poses as the planar model's; the first has none.
       model: of the body, as it is drawn.
     """
 
@@ -46,10 +47,12 @@ def record(
       tell: called with what comes next.
     """
     loop, model = recording.Loop(subject, recording.SEGMENT), stage.model(subject.config)
+    where = physics.layout(subject.config.body)
     walks = []
     for shove in (None, *(Shove(impulse, PUSH_SECOND) for impulse in impulses)):
         tell("walking unpushed" if shove is None else f"walking, pushed by {shove.impulse:+g} N s")
-        walks.append((recording.record(loop, model, SECONDS, seed, shove), shove))
+        walk = recording.record(loop, model, SECONDS, seed, shove)
+        walks.append((dataclasses.replace(walk, qpos=where.planar(walk.qpos)), shove))
     return Replay(subject, seed, tuple(walks), model)
 
 

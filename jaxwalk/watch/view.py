@@ -54,7 +54,12 @@ def main(args: ViewArgs) -> None:
       UserError: no such policy, or no screen.
     """
     subject = subjects.load(
-        args.policy, speed=args.speed, height=args.height, mass=args.mass, noise=args.noise
+        args.policy,
+        speed=args.speed,
+        height=args.height,
+        mass=args.mass,
+        noise=args.noise,
+        model=args.model,
     )
     require_screen()
     console = Console()

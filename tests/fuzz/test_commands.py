@@ -23,7 +23,11 @@ ONE_LINE = {
 
 
 @pytest.mark.parametrize("case", ONE_LINE)
-@pytest.mark.parametrize("content", [b"", b"\xff" * 100, b"{}", b'{"config": {"body": {"height": 1e308}}}'])
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"\xff" * 100, b"{}", b'{"config": {"body": {"height": 1e308}}}'],
+    ids=["nothing", "bytes", "no-fields", "huge"],
+)
 def test_commands_end_in_one_line_and_touch_nothing(tmp_path, monkeypatch, capsys, case, content):
     argv, name = ONE_LINE[case]
     monkeypatch.chdir(tmp_path)

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from jaxwalk import physics, walker
+from jaxwalk import mjcf, physics, walker
 from jaxwalk.config import GRAVITY, Config
 from jaxwalk.gaitlab import forces
 
@@ -41,7 +41,7 @@ def flown():
 
         def tick(plant, _):
             made = physics.advance(CONFIG.body, CONFIG.physics, model, plant, command, jnp.zeros((7, 2)))
-            return physics.outcome(made[1])[0], forces.of_tick(bones, plant, *made)
+            return physics.outcome(CONFIG.body, made[1])[0], forces.of_tick(mjcf.PLANAR, bones, plant, *made)
 
         end, told = jax.lax.scan(tick, start, length=TICKS)
         return start, end, told
