@@ -78,13 +78,14 @@ _POSITIVE = """
     sensors.mean_window gait.speed_desired gait.pitch_nominal
     gait.toe_off_full gait.toe_off_duration_min gait.stall_seconds gait.fall_height gait.fall_pitch
     physics.hip_gain physics.hip_limit physics.knee_stiffness physics.knee_damping physics.knee_limit
-    physics.ankle_limit pushes.duration ddpg.actor_lr ddpg.critic_lr ddpg.batch_size
+    physics.ankle_limit physics.abduction_limit pushes.duration ddpg.actor_lr ddpg.critic_lr ddpg.batch_size
     ddpg.replay_capacity ddpg.noise_spread ddpg.policy_delay train.walkers train.footsteps train.window_ticks
     train.episode_seconds train.windows_per_report train.evaluations train.finalists
     train.divergence_events
 """.split()
 _NOT_NEGATIVE = """
-    physics.tolerance sensors.noise pushes.rate reward.speed_tolerance
+    physics.tolerance physics.ankle_damping physics.abduction_gain physics.abduction_integral
+    sensors.noise pushes.rate reward.speed_tolerance
     pushes.impulse_forward pushes.impulse_backward pushes.height_spread ddpg.warmup
     ddpg.critic_head_start
     ddpg.updates_per_footstep ddpg.noise_start ddpg.noise_end ddpg.weight_decay ddpg.max_grad_norm

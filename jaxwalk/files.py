@@ -36,7 +36,7 @@ def write_bytes(path: Path, content: bytes) -> None:
       UserError: the folder is missing, full or closed to us.
     """
     try:
-        descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=".jaxwalk.")
         try:
             with os.fdopen(descriptor, "wb") as file:
                 file.write(content)
@@ -68,11 +68,14 @@ def check_output(option: str, path: Path) -> None:
     Raises:
       UserError: naming ``option``, when it cannot.
     """
-    if path.is_dir():
+    if os.path.isdir(path):
         raise UserError(f"{option} {path}: is a folder; name a file")
-    if not path.parent.is_dir():
+    if not os.path.isdir(path.parent):
         raise UserError(f"{option} {path}: there is no folder {path.parent}; name a file in one that exists")
-    if not os.access(path if path.exists() else path.parent, os.W_OK):
+    most = os.pathconf(path.parent, "PC_NAME_MAX")
+    if len(os.fsencode(path.name)) > most:
+        raise UserError(f"{option} {path}: its name is too long; give at most {most} bytes")
+    if not os.access(path if os.path.exists(path) else path.parent, os.W_OK):
         raise UserError(f"{option} {path}: not writable; name a file in a folder that can be written")
 
 
@@ -83,7 +86,7 @@ def check_folder(option: str, path: Path) -> None:
       UserError: naming ``option``, when they cannot.
     """
     nearest = next(p for p in (path, *path.absolute().parents) if os.path.lexists(p))
-    if not nearest.is_dir():
+    if not os.path.isdir(nearest):
         raise UserError(f"{option} {path}: {nearest} is not a folder; name a folder for the results")
     if not os.access(nearest, os.W_OK | os.X_OK):
         raise UserError(f"{option} {path}: {nearest} is closed to us; name a folder that can be written")

@@ -9,6 +9,7 @@ import json
 import math
 import os
 import stat
+from collections import Counter
 from typing import Any, NoReturn
 
 from jaxwalk.errors import UserError
@@ -93,8 +94,7 @@ def parse(text: str | bytes) -> Any:
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
-        names = [name for name, _ in pairs]
-        twice = next(name for name in found if names.count(name) > 1)
+        twice, _ = Counter(name for name, _ in pairs).most_common(1)[0]
         raise Bad(f"the name {twice!r:.60} is there twice")
     return found
 

@@ -94,8 +94,8 @@ class Ticks:
       fell: the walker lies; it is not moved any more.
     """
 
-    qpos: Float[Array, "*T 9"]
-    qvel: Float[Array, "*T 9"]
+    qpos: Float[Array, "*T D"]
+    qvel: Float[Array, "*T D"]
     speed: Float[Array, "*T"]
     landed: Bool[Array, "*T"]
     leg: Int[Array, "*T"]

@@ -123,7 +123,7 @@ def main(args: RenderArgs) -> None:
         walk = recording.record(Loop(subject, SEGMENT), model, args.seconds, args.seed, shove)
     draw = _write_strip if args.out.suffix.lower() == ".png" else _write_film
     try:
-        with tempfile.TemporaryDirectory(dir=args.out.parent, prefix=f".{args.out.name}.") as folder:
+        with tempfile.TemporaryDirectory(dir=args.out.parent, prefix=".jaxwalk.") as folder:
             whole = Path(folder) / args.out.name
             draw(whole, walk, partial(Stage, model, subject.config.body.height), args)
             os.replace(whole, args.out)

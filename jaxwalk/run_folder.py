@@ -89,7 +89,7 @@ class RunFolder:
         Raises:
           UserError: there is no run in it, another process has it open, or it cannot be written.
         """
-        if not (path / METRICS).is_file():
+        if not os.path.isfile(path / METRICS):
             raise UserError(f"no run in {path}: give --resume a run folder of jaxwalk train")
         try:
             return cls(path)
@@ -162,14 +162,23 @@ def check_free(path: Path) -> None:
     Raises:
       UserError: it holds a run already, or cannot be made or written.
     """
-    held = [name for name in _OURS if os.path.lexists(path / name)]
-    if held:
-        raise UserError(f"{path} already holds a run ({held[0]}): give --run-dir another folder")
+    check_none("--run-dir", path)
     nearest = next(p for p in (path, *path.absolute().parents) if os.path.lexists(p))
-    if not nearest.is_dir():
+    if not os.path.isdir(nearest):
         raise UserError(_unwritable(path, f"{nearest} is not a folder"))
     if not os.access(nearest, os.W_OK | os.X_OK):
         raise UserError(_unwritable(path, f"{nearest} is closed to us"))
+
+
+def check_none(option: str, path: Path) -> None:
+    """See that nothing of a run would be overwritten in ``path``.
+
+    Raises:
+      UserError: it holds a run.
+    """
+    held = [name for name in _OURS if os.path.lexists(path / name)]
+    if held:
+        raise UserError(f"{path} already holds a run ({held[0]}): give {option} another folder")
 
 
 def identity(path: Path) -> str:
@@ -186,7 +195,7 @@ def load_record(path: Path) -> dict[str, Any]:
     Raises:
       UserError: there is none.
     """
-    file = path / CONFIG if path.is_dir() else path
+    file = path / CONFIG if os.path.isdir(path) else path
     record = reading.read_json(file, _CURE)
     if not isinstance(record, dict) or "config" not in record:
         raise UserError(f"{file} holds no configuration: {_CURE}")
@@ -238,7 +247,7 @@ def load_config(path: Path) -> Config:
         config_io.check(config)
         return config
     except UserError as error:
-        raise UserError(f"{path / CONFIG if path.is_dir() else path}: {error}") from error
+        raise UserError(f"{path / CONFIG if os.path.isdir(path) else path}: {error}") from error
 
 
 def read_summary(path: Path) -> dict[str, Any]:

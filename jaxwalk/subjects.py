@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import math
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -116,7 +117,7 @@ def file(name: str) -> Path:
     if name == SHIPPED:
         return resources.model_path("shipped.safetensors")
     path = Path(name)
-    return path / run_folder.POLICY if path.is_dir() else path
+    return path / run_folder.POLICY if os.path.isdir(path) else path
 
 
 def _never_adapted(action: Float[Array, "2"], observation: Float[Array, "O"]) -> Float[Array, "2"]:

@@ -40,6 +40,7 @@ class AgreementArgs:
         UserError: an option out of its range.
         """
         checks.policy(self.policy)
+        checks.impulses("--impulses", self.impulses)
         checks.walk_seconds(self.seconds)
         for option in ("walkers", "phases", "replicas"):
             checks.whole(f"--{option}", getattr(self, option))

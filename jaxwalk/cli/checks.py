@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
-from pathlib import Path
 
 from jaxwalk import body
 from jaxwalk.config import REFERENCE_HEIGHT, REFERENCE_MASS, BodyConfig
@@ -15,7 +15,7 @@ BUILT_IN = ("shipped", "fixed", "constant", "raibert", "capture-point")
 
 def policy(name: str) -> None:
     """POLICY names something that exists. Its content is judged by whoever loads it."""
-    if name not in BUILT_IN and not Path(name).exists():
+    if name not in BUILT_IN and not os.path.exists(name):
         names = f"{', '.join(BUILT_IN[:-1])} or {BUILT_IN[-1]}"
         raise UserError(f"no policy {name!r}: give a run folder, a policy file, {names}")
 
@@ -51,6 +51,15 @@ def ascending(option: str, values: Sequence[float]) -> None:
     if list(values) != sorted(set(values)):
         shown = ",".join(f"{value:g}" for value in values)
         raise UserError(f"{option} {shown}: give ascending numbers, each once")
+
+
+def impulses(option: str, values: Sequence[float]) -> None:
+    """Pushes, N s, in any order."""
+    for value in values:
+        if not 0 < abs(value) <= 1000:
+            raise UserError(f"{option} {value:g}: give -1000 to 1000 N s, and not 0")
+    if len(set(values)) < len(values):
+        raise UserError(f"{option} {','.join(f'{value:g}' for value in values)}: give each impulse once")
 
 
 def push_seconds(option: str, value: float) -> None:

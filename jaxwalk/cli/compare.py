@@ -14,7 +14,6 @@ from jaxwalk.cli import checks
 from jaxwalk.cli.parse import POLICIES, Impulses, OptionalFloat, OptionalModel, parse
 from jaxwalk.compare import entry
 from jaxwalk.config import Engine
-from jaxwalk.errors import UserError
 
 IMPULSES = tuple(float(i) for i in (*range(-60, -10, 10), *range(20, 90, 10)))
 Policies = Annotated[
@@ -72,8 +71,7 @@ class CompareArgs:
         checks.walk_seconds(self.seconds)
         checks.between("--speed", self.speed, 0.1, 3.0, " m/s")
         checks.ascending("--impulses", self.impulses)
-        if 0.0 in self.impulses:
-            raise UserError("--impulses: 0 is no push; leave it out")
+        checks.impulses("--impulses", self.impulses)
         checks.whole("--phases", self.phases)
         checks.whole("--replicas", self.replicas)
         checks.between("--push-height", self.push_height, -1.0, 1.0, " m")

@@ -54,6 +54,7 @@ class EvaluateArgs:
         checks.whole("--walkers", self.walkers)
         checks.walk_seconds(self.seconds)
         checks.between("--speed", self.speed, 0.1, 3.0, " m/s")
+        checks.impulses("--impulses", self.impulses)
         checks.whole("--phases", self.phases)
         checks.whole("--replicas", self.replicas)
         checks.between("--push-height", self.push_height, -1.0, 1.0, " m")

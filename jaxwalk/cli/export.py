@@ -8,7 +8,7 @@ from pathlib import Path
 
 from jaxwalk import files
 from jaxwalk.cli import checks
-from jaxwalk.cli.parse import Impulses, Names, Policy, parse
+from jaxwalk.cli.parse import Impulses, Names, OptionalModel, Policy, parse
 from jaxwalk.errors import UserError
 
 FORMATS = ("safetensors", "npz", "onnx", "stablehlo", "c", "html")
@@ -32,6 +32,7 @@ class ExportArgs:
     """html: pushes to replay beside the unpushed walk, N s; positive ones push forward."""
     seed: int = 0
     """html: seed of the walks' start and of the sensors' noise."""
+    model: OptionalModel = None
 
     def check(self) -> None:
         """Raises:
@@ -44,14 +45,17 @@ class ExportArgs:
         if len(set(self.format)) < len(self.format):
             raise UserError(f"--format {','.join(self.format)}: give each format once")
         if "html" not in self.format:
-            for option, value, default in (("--impulses", self.impulses, IMPULSES), ("--seed", self.seed, 0)):
+            replayed = (
+                ("--impulses", self.impulses, IMPULSES),
+                ("--seed", self.seed, 0),
+                ("--model", self.model, None),
+            )
+            for option, value, default in replayed:
                 if value != default:
                     raise UserError(f"{option}: is for walks that are replayed; add --format html")
-        for impulse in self.impulses:
-            if not 0 < abs(impulse) <= 1000:
-                raise UserError(f"--impulses {impulse:g}: give -1000 to 1000 N s, and not 0")
-        if len(self.impulses) > MOST_IMPULSES or len(set(self.impulses)) < len(self.impulses):
-            raise UserError(f"--impulses with {len(self.impulses)}: give {MOST_IMPULSES} at most, each once")
+        checks.impulses("--impulses", self.impulses)
+        if len(self.impulses) > MOST_IMPULSES:
+            raise UserError(f"--impulses with {len(self.impulses)}: give {MOST_IMPULSES} at most")
         checks.seed(self.seed)
         files.check_folder("--out", self.out)
 

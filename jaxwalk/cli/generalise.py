@@ -97,8 +97,7 @@ class GeneraliseArgs:
             checks.between("--noises", value, 0.0, 100.0, "")
         for value in self.speeds:
             checks.between("--speeds", value, 0.1, 3.0, " m/s")
-        if 0.0 in self.impulses:
-            raise UserError("--impulses 0: give pushes other than 0")
+        checks.impulses("--impulses", self.impulses)
         checks.walk_seconds(self.seconds)
         for option in ("walkers", "phases", "replicas"):
             checks.whole(f"--{option}", getattr(self, option))

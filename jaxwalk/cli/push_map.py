@@ -54,6 +54,8 @@ class PushMapArgs:
             ("--durations", self.durations),
         ):
             checks.ascending(option, values)
+        for impulse in self.impulses:
+            checks.between("--impulses", impulse, -1000.0, 1000.0, " N s")
         if len(set(self.points)) < len(self.points):
             raise UserError(f"--points {','.join(self.points)}: give each point once")
         for point in self.points:

@@ -63,7 +63,7 @@ class RenderArgs:
         if self.push != 0:
             checks.between("--push-time", self.push_time, 0.0, self.seconds, " s, within --seconds")
         checks.between("--push-height", self.push_height, -1.0, 1.0, " m")
-        checks.positive("--push-duration", self.push_duration, "seconds")
+        checks.push_seconds("--push-duration", self.push_duration)
         checks.person(self.height, self.mass)
         checks.between("--noise", self.noise, 0.0, 100.0, "")
         # The models' off-screen buffer is 1920 x 1080; half the pixels of a film must be even.

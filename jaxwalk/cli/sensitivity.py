@@ -51,6 +51,7 @@ class SensitivityArgs:
         UserError: an option out of its range.
         """
         checks.policy(self.policy)
+        checks.impulses("--impulses", self.impulses)
         for option in ("timesteps", "iterations", "contact_timeconsts", "frictions"):
             for value in getattr(self, option):
                 checks.positive(f"--{option.replace('_', '-')}", value, "numbers")

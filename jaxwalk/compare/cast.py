@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -73,7 +74,7 @@ def controllers_differ(cast: Sequence[Sequence[Member]]) -> list[str]:
 
 def _member(name: str, changes: dict[str, float | str | None]) -> Member:
     subject = subjects.load(name, **changes)
-    told = run_folder.read_summary(Path(name)) if name not in checks.BUILT_IN and Path(name).is_dir() else {}
+    told = run_folder.read_summary(Path(name)) if name not in checks.BUILT_IN and os.path.isdir(name) else {}
     training = {what: told.get(what) for what in ("footsteps", "seconds")}
     for what, value in training.items():
         if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):

@@ -10,7 +10,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import files, policy, subjects
+from jaxwalk import files, policy, run_folder, subjects
 from jaxwalk.cli import lines
 from jaxwalk.errors import UserError
 from jaxwalk.export import c, manifest, onnx, selftest, stablehlo, tensors
@@ -93,6 +93,8 @@ def main(args: ExportArgs) -> None:
     """
     console = Console()
     kinds = tuple(kind for kind in args.format if kind in WRITERS)
+    if "safetensors" in kinds:
+        run_folder.check_none("--out", args.out)  # whose policy has the same name
     carried = load(args.policy) if kinds else None
     written, replayed = {}, None
     if "html" in args.format:
@@ -122,7 +124,7 @@ def main(args: ExportArgs) -> None:
 
 def _replay(args: ExportArgs, console: Console) -> Replay:
     """Walk, and write the page of it."""
-    subject = subjects.load(args.policy)
+    subject = subjects.load(args.policy, model=args.model)
     with console.status("walking") as status:
         recorded = replay.record(subject, args.impulses, args.seed, status.update)
     content = replay.html(recorded, subjects.origin(args.policy), lines.line("export", args))

@@ -72,7 +72,12 @@ def build(trained: policy.Policy, config: Config) -> dict[str, Any]:
     return {
         "format_version": FORMAT_VERSION,
         "jaxwalk_version": __version__,
-        "origin": {"seed": meta.seed, "footsteps": meta.footsteps, "score": meta.score},
+        "origin": {
+            "seed": meta.seed,
+            "footsteps": meta.footsteps,
+            "score": meta.score,
+            "model": config.body.model,
+        },
         "observation": [{"name": name, "unit": OBSERVATION_UNITS[name]} for name in meta.observation_names],
         "observation_clip": meta.observation_clip,
         "action": [

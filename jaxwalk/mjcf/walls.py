@@ -17,7 +17,8 @@ from jaxwalk.mjcf.layout import SIDES, WALLS
 from jaxwalk.similarity import Similarity
 
 GAP = 0.01 / 1.8  # fraction of height, between the trunk in the middle and each wall
-LINING = 0.002  # m of that, in which a wall gives way: MuJoCo's contacts are soft
+# m of that, in which a wall gives way: MuJoCo's contacts are soft. How soft does not go with the stature.
+LINING = 0.002
 _RADIUS = 0.005  # fraction of height, of what touches the walls
 REACH = parts.TRUNK_DEPTH - _RADIUS  # fraction of height: of the hip's points, ahead and behind
 BREADTH = parts.TRUNK_BREADTH - _RADIUS  # fraction of height: of the points' centres, left and right

@@ -12,7 +12,7 @@ from jaxwalk.recording import Shove, Walk, camera_path
 POSE_SECONDS = 0.01  # about so long from pose to pose
 UNIT = 1e-3  # what a whole number stands for: m, rad, m/s, s
 COLUMNS = ("x", "z", "pitch", *mjcf.PLANAR.joints[3:])
-"""Of a pose, in the order of ``qpos``."""
+"""Of a pose, in the order of the planar ``qpos``."""
 
 
 def stride(walk: Walk) -> int:

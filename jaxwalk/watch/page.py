@@ -62,7 +62,7 @@ def render(page: Page) -> bytes:
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    return environment.from_string(_part("page.html")).render(page=page).encode()
+    return environment.from_string(_part("page.html")).render(page=page).encode(errors="backslashreplace")
 
 
 def read(page: bytes) -> tuple[dict[str, Any], tuple[str, ...]]:

@@ -97,6 +97,29 @@ def test_results_are_not_written_over_a_folder(jaxwalk_cli, called, tmp_path):
     assert "--json" in error and "name a file" in error
 
 
+@pytest.mark.parametrize(
+    "argv",
+    [
+        ["evaluate", "LONG"], ["view", "LONG"], ["compare", "fixed", "LONG", "--out", "x"],
+        ["evaluate", "fixed", "--json", "LONG"], ["evaluate", "fixed", "--json", "LONG/x.json"],
+        ["render", "fixed", "--out", "LONG.png"], ["evaluate", "fixed", "--json", "a\nb/x.json"],
+    ],
+    ids=lambda argv: ascii(" ".join(argv)),
+)  # fmt: skip
+def test_paths_that_no_file_system_takes(jaxwalk_cli, called, argv):
+    code, out, error = jaxwalk_cli(*(part.replace("LONG", "a" * 300) for part in argv))
+    assert (code, out, called) == (2, "", [])
+    assert error.startswith("jaxwalk: error: ") and error.count("\n") == 1
+
+
+def test_an_export_does_not_replace_a_run_s_policy(jaxwalk_cli, tmp_path):
+    (tmp_path / "config.json").write_text("{}")
+    (tmp_path / "policy.safetensors").write_bytes(b"precious")
+    code, _, error = jaxwalk_cli("export", "shipped", "--out", tmp_path)
+    assert code == 2 and "already holds a run" in error and "--out" in error
+    assert (tmp_path / "policy.safetensors").read_bytes() == b"precious"
+
+
 def test_ctrl_c_is_one_line_and_130(jaxwalk_cli, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
