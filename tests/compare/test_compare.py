@@ -140,7 +140,7 @@ def test_a_damaged_run_folder_is_one_line(summary, said, tmp_path, capsys):
         (["fixed", "ddpg=fixed,no/such/run"], "no policy 'no/such/run'"),
         (["fixed", "fixed"], "'fixed' is given twice"),
         (["fixed", "--impulses", "30,20"], "--impulses 30,20: give ascending"),
-        (["fixed", "--impulses", "0,20"], "0 is no push"),
+        (["fixed", "--impulses", "0,20"], "--impulses 0: give -1000 to 1000 N s"),
         (["fixed", "--phases", "0"], "--phases 0"),
         ([], "nothing to compare"),
     ],

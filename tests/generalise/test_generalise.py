@@ -140,7 +140,7 @@ def test_one_program_serves_all_circumstances(small):
         (["--forces", "x"], "'x'"),
         (["--statures", "1.1"], "--statures 1.1: --height 1.1: the toe-off of so short a walker"),
         (["--statures", "0.5"], "--statures 0.5: body mass"),
-        (["--impulses", "0,10"], "--impulses 0: give pushes"),
+        (["--impulses", "0,10"], "--impulses 0: give -1000 to 1000 N s"),
         (["--replicas", "0"], "--replicas 0"),
     ],
 )

@@ -300,7 +300,7 @@ BAD = {
     "rule, other format": (["--format", "html,npz"], "a rule, not trained"),
     "no impulse": (["--format", "html", "--impulses", "0"], "--impulses 0: give -1000 to 1000 N s"),
     "too strong": (["--format", "html", "--impulses", "40,1001"], "--impulses 1001: give"),
-    "twice": (["--format", "html", "--impulses", "40,40"], "each once"),
+    "twice": (["--format", "html", "--impulses", "40,40"], "each impulse once"),
     "many": (["--format", "html", "--impulses", ",".join(map(str, range(1, 14)))], "12 at most"),
     "for another format": (["--format", "npz", "--impulses", "40"], "add --format html"),
     "seed for another format": (["--seed", "4"], "--seed: is for walks"),
