@@ -63,17 +63,17 @@ class PidConfig:
 class GazeboConfig:
     """The gains of ``--physics.drives gazebo``; the joints' torque limits are those of the servos."""
 
-    hip: PidConfig = PidConfig(250.0, 1000.0, 0.0, 60.0)
+    hip: PidConfig = PidConfig(210.0, 300.0, 0.05, 60.0)
     """Follows the commanded rate."""
-    knee: PidConfig = PidConfig(45.0, 300.0, 0.0, 40.0)
+    knee: PidConfig = PidConfig(40.0, 250.0, 0.004, 40.0)
     """Follows the rate that brings it to the commanded angle."""
     ankle: PidConfig = PidConfig(0.0, 0.0, 0.0, 0.0)
     """Told to stand still. The paper's ankle is passive: efforts alone move it."""
     abduction: PidConfig = PidConfig(100.0, 1500.0, 0.0, 200.0)
     """walls: told to stand still."""
-    knee_position_gain: float = 20.0
+    knee_position_gain: float = 15.0
     """Rate asked of the knee for each rad that it is off its angle, 1/s."""
-    knee_rate_max: float = 14.0
+    knee_rate_max: float = 11.0
     """Largest rate asked of it, rad/s."""
     retraction_seconds: float = 0.05
     """How long the effort lasts that brings the foot back up after toe-off, s."""

@@ -10,9 +10,19 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 from mujoco import mjx
 
-from jaxwalk import back_step, burdens, c_mujoco, controllers, drives, gait, kinematics, physics, pushes
+from jaxwalk import (
+    back_step,
+    burdens,
+    c_mujoco,
+    controllers,
+    drives,
+    gait,
+    kinematics,
+    physics,
+    pushes,
+    sensors,
+)
 from jaxwalk import body as body_lib
-from jaxwalk import sensors
 from jaxwalk.burdens import Burden
 from jaxwalk.config import BodyConfig, Config, Engine, GaitConfig, PhysicsConfig, SensorConfig
 from jaxwalk.gait import GaitState
