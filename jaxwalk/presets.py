@@ -16,9 +16,9 @@ from jaxwalk.config import (
 
 PresetName = Literal["default", "quick", "paper", "smoke"]
 
-# Liu et al.'s constants; docs/paper-preset.md tells of each where it comes from. The paper walks one walker at a time and leaves open how fast the
-# targets follow and how often the learner updates: Lillicrap et al.'s DDPG fills these in.
-# The number of walkers stays ours, for time's sake.
+# Liu et al.'s constants; docs/paper-preset.md tells of each where it comes from. The paper walks one
+# walker at a time and leaves open how fast the targets follow and how often the learner updates:
+# Lillicrap et al.'s DDPG fills these in. The number of walkers stays ours, for time's sake.
 _PAPER = Config(
     body=BodyConfig(table="box"),
     # A PID that is computed once a tick needs the shorter one, which is Gazebo's own.
