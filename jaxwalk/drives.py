@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 
 import jax.numpy as jnp
+import numpy as np
 from flax import struct
 from jaxtyping import Array, Bool, Float, Int
 
@@ -20,7 +21,7 @@ from jaxwalk.mjcf import Layout
 from jaxwalk.physics import Plant
 from jaxwalk.similarity import Similarity
 
-_ANKLES = jnp.array([2, 5])  # among the joints that an actuator moves
+_ANKLES = np.array([2, 5])  # among the joints that an actuator moves
 
 
 @struct.dataclass
