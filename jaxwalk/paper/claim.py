@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
 from jaxwalk.config import BodyModel
-from jaxwalk.paper.lab import Lab
 from jaxwalk.paper.verdict import Check
+
+if TYPE_CHECKING:
+    from jaxwalk.paper.lab import Lab
 
 Numbers = Mapping[str, Any]
 """What was measured on one body, plain JSON values; checks, table and figure are made of nothing else."""
@@ -41,7 +43,7 @@ class Claim:
     rule: str
     bodies: tuple[BodyModel, ...]
     quick: tuple[BodyModel, ...]
-    measure: Callable[[Lab, BodyModel], Numbers]
+    measure: Callable[["Lab", BodyModel], Numbers]
     checks: Callable[[Numbers], Sequence[Check]]
     table: Callable[[Numbers], Sequence[Mapping[str, Any]]]
     draw: Callable[[Mapping[BodyModel, Numbers]], Figure] | None = None

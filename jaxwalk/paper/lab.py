@@ -49,7 +49,7 @@ class Sample:
 _SAMPLES: dict[tuple[bool, BodyModel], Sample] = {
     (False, "planar"): Sample(64, 15.0, 16, 2),
     (False, "walls"): Sample(48, 10.0, 8, 1),
-    (True, "planar"): Sample(24, 7.0, 4, 1),
+    (True, "planar"): Sample(24, 7.0, 8, 1),
     (True, "walls"): Sample(16, 6.0, 4, 1),
 }
 
@@ -80,11 +80,15 @@ class Lab:
         return _SAMPLES[self.quick, model]
 
     def subject(self, model: BodyModel) -> Subject:
-        """Who walks on that body: the policy asked for; between walls the one trained there, if there is one."""
+        """Who walks on that body: the policy asked for; between walls the one trained there, if any."""
         own = trainings.policy_file(self.trained, "walls", 0)
         if model == "walls" and own.is_file():
             return subjects.load(str(own))
         return subjects.load(self.policy, model=model)
+
+    def timestep(self, model: BodyModel) -> float:
+        """Of the physics there, s."""
+        return self.subject(model).config.physics.timestep
 
     def fixed(self, model: BodyModel) -> Subject:
         """The step that is never adapted, on that body."""
@@ -113,7 +117,7 @@ class Lab:
         point: Sequence[str] | None = None,
         burden: Burden | None = None,
     ) -> Scenario:
-        """[N] scenarios of the configured body; ``point``: where each push lands, default the torso's centre."""
+        """[N] scenarios of the configured body; ``point``: where pushes land, default the torso's centre."""
         count = len(impulse)
         places = [points.Point.of(name) for name in point or ["torso"] * count]
         return scenarios.batch(
@@ -152,7 +156,7 @@ class Lab:
         """
         sample = self.sample(model)
         grid = [(i, p / sample.phases) for i in IMPULSES for p in range(sample.phases)] * sample.replicas
-        calm = max(8, BATCH - len(grid) % BATCH) if len(grid) % BATCH else 16
+        calm = -len(grid) % BATCH or BATCH  # the batch is filled up with the unpushed
         impulse, phase = np.array(grid + [(0.0, 0.0)] * calm).T
         trials = self.trial(
             subject, self.scenarios(subject, impulse, phase, scenarios.ASSESS), EXAM_SECONDS,
@@ -170,11 +174,7 @@ class Lab:
             "impulses": impulse[~unpushed].tolist(),
         }
 
-    def trace(
-        self,
-        model: BodyModel,
-        impulse: float = 0.0,
-    ) -> trace.Trace:
+    def trace(self, model: BodyModel, impulse: float = 0.0) -> trace.Trace:
         """Walkers tick by tick from the settled gait on; with a push of ``impulse`` N s, around it."""
         key = model, impulse
         if key not in self._traces:
@@ -219,12 +219,18 @@ def examined(lab: Lab, names: Sequence[str]) -> dict[str, Any]:
             told = trainings.curve(lab.trained, name, seed)
             subject = subjects.load(str(trainings.policy_file(lab.trained, name, seed)))
             runs[name].append(
-                {"seed": seed, "curve": dataclasses.asdict(told), **_shares(lab.exam(subject, "planar", what=name))}
+                {
+                    "seed": seed,
+                    "curve": dataclasses.asdict(told),
+                    **_shares(lab.exam(subject, "planar", what=name)),
+                }
             )
-    return {"missing": [], "runs": runs, "fixed": _shares(lab.exam(lab.fixed("planar"), "planar", what="fixed"))}
+    return {
+        "missing": [],
+        "runs": runs,
+        "fixed": _shares(lab.exam(lab.fixed("planar"), "planar", what="fixed")),
+    }
 
 
 def _shares(exam: dict[str, Any]) -> dict[str, Interval]:
     return {name: exam[name] for name in ("calm", "pushed", "speed")}
-
-

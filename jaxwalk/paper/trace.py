@@ -135,5 +135,5 @@ class Recorder:
 def landings(trace: Trace, walker: int) -> np.ndarray:
     """Ticks at which the walker's feet touch down, while it is up."""
     clock = trace.elapsed[walker]
-    landed = np.flatnonzero((clock[1:] < clock[:-1])) + 1
+    landed = np.flatnonzero(clock[1:] < clock[:-1]) + 1
     return landed[~trace.fell[walker][landed]]

@@ -42,7 +42,7 @@ def verdict(checks: Sequence[Check]) -> Verdict:
 
 
 def mean_of(values: Sequence[float] | np.ndarray) -> Interval:
-    """The mean of independent values (walkers, seeds) with Student's interval; of fewer than two, a wide one."""
+    """The mean of independent values (walkers, seeds) with Student's interval; of fewer than two, none."""
     finite = np.asarray([x for x in values if np.isfinite(x)], float)
     count = len(finite)
     if count == 0:
