@@ -6,9 +6,11 @@ import dataclasses
 import io
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from matplotlib.figure import Figure
 from PIL import Image
 from rich.console import Console
 
@@ -20,8 +22,9 @@ from jaxwalk.paper import page, trainings
 from jaxwalk.paper.claim import Claim
 from jaxwalk.paper.claims import registry
 from jaxwalk.paper.lab import Lab
-from jaxwalk.paper.page import Page, Told
+from jaxwalk.paper.page import Ours, Page, Told
 from jaxwalk.paper.store import Store
+from jaxwalk.paper.verdict import Verdict
 from jaxwalk.subjects import Subject
 
 
@@ -30,12 +33,14 @@ def main(args: PaperArgs) -> None:
     console = Console()
     subject = subjects.load(args.policy)
     claims = registry()
-    files.make_folder("--out", args.out)
     Store(args, subject, {})  # what is wrong with the one that is there is said before hours of training
+    files.make_folder("--out", args.out)
     if args.retrain:
         tell = lambda line: console.print(line, highlight=False)  # noqa: E731
         trainings.train(args.trainings, args.out / "runs", tuple(trainings.TRAININGS), tell)
     store = Store(args, subject, {name: _inputs(claim, args) for name, claim in claims.items()})
+    for name in store.claims:
+        _said(claims[name], store)  # what is damaged is said before minutes of measuring
     wanted = [claims[name] for name in NAMES if name in (args.only or NAMES)]
     with evaluate.bars(console) as tell_share:
         lab = Lab(args.policy, args.trainings, args.quick, args.seed, tell_share)
@@ -63,31 +68,50 @@ def _inputs(claim: Claim, args: PaperArgs) -> str:
     return trainings.digest(args.trainings, (*claim.trainings, *walls))
 
 
+@dataclass(frozen=True)
+class _Said:
+    """What a claim's numbers say: by body, over all, and its table and figure."""
+
+    ours: tuple[Ours, ...]
+    verdict: Verdict
+    rows: list[dict[str, Any]]
+    figure: Figure | None
+    date: str
+
+
+def _said(claim: Claim, store: Store) -> _Said:
+    """Raises:
+    UserError: the numbers that are kept are damaged.
+    """
+    kept = store.claims[claim.name]
+    try:
+        numbers: Mapping[Any, Any] = kept["numbers"]
+        found, verdict = page.ours(claim, numbers)
+        rows = [{"body": body, **row} for body, one in numbers.items() for row in claim.table(one)]
+        figure = None if claim.draw is None else claim.draw(numbers)
+        return _Said(found, verdict, rows, figure, str(kept["date"]))
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
+        why = f"{type(error).__name__}: {error!s:.100}"
+        raise UserError(
+            f"{store.path}: the numbers of {claim.name} are damaged ({why}): move it away to have all "
+            "measured anew"
+        ) from error
+
+
 def _told(claim: Claim, store: Store, args: PaperArgs) -> Told:
     """The claim on the page, its figure and its table written.
 
     Raises:
       UserError: its numbers are damaged, or a file cannot be written.
     """
-    kept = store.claims[claim.name]
-    picture = args.out / f"{claim.name}.png"
-    try:
-        numbers: Mapping[Any, Any] = kept["numbers"]
-        found, verdict = page.ours(claim, numbers)
-        rows = [{"body": body, **row} for body, one in numbers.items() for row in claim.table(one)]
-        figure = None if claim.draw is None else claim.draw(numbers)
-        date = str(kept["date"])
-    except (KeyError, IndexError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
-        raise UserError(
-            f"{store.path}: the numbers of {claim.name} are damaged ({type(error).__name__}: "
-            f"{error!s:.100}): move it away to have all measured anew"
-        ) from error
-    files.write_bytes(args.out / f"{claim.name}.csv", files.to_csv(rows) if rows else b"body\n")
+    said = _said(claim, store)
+    files.write_bytes(args.out / f"{claim.name}.csv", files.to_csv(said.rows) if said.rows else b"body\n")
     alone = dataclasses.replace(args, only=(claim.name,), retrain=False)
-    told = Told(claim, found, verdict, date, lines.line("paper", alone))
-    if figure is None:
+    told = Told(claim, said.ours, said.verdict, said.date, lines.line("paper", alone))
+    if said.figure is None:
         return told
-    plots.write_png(figure, picture)
+    picture = args.out / f"{claim.name}.png"
+    plots.write_png(said.figure, picture)
     png = picture.read_bytes()
     width, height = Image.open(io.BytesIO(png)).size
     return dataclasses.replace(told, png=png, width=width, height=height)

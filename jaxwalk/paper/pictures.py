@@ -36,7 +36,7 @@ def title(axes: Axes, text: str) -> None:
     axes.set_title(text, loc="left", fontsize=10, fontweight="bold")
 
 
-def bar(axes: Axes, place: float, interval: Mapping[str, Any], colour: str, width: float = 0.7) -> None:
+def bar(axes: Axes, place: float | int, interval: Mapping[str, Any], colour: str, width: float = 0.7) -> None:
     """A mean with its interval, a thin bar."""
     if interval["mean"] is None:
         return
@@ -48,7 +48,9 @@ def bar(axes: Axes, place: float, interval: Mapping[str, Any], colour: str, widt
         )
 
 
-def point(axes: Axes, x: float, interval: Mapping[str, Any], colour: str, label: str | None = None) -> None:
+def point(
+    axes: Axes, x: float | int, interval: Mapping[str, Any], colour: str, label: str | None = None
+) -> None:
     """The same as a point."""
     if interval["mean"] is None:
         return

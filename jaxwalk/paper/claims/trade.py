@@ -40,7 +40,7 @@ def measure(lab: Lab, model: BodyModel) -> Numbers:
 
 def _slopes(rows: Mapping[str, Any]) -> tuple[dict, dict]:
     speed = [(float(x), y) for x, row in rows.items() for y in row["speeds"]]
-    up = [(float(x), y) for x, row in rows.items() for y in row["survived"]]
+    up = [(float(x), y) for x, row in rows.items() for y in map(float, row["survived"])]
     return slope(*zip(*speed, strict=True)) if speed else slope([], []), slope(*zip(*up, strict=True))
 
 

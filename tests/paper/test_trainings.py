@@ -1,0 +1,119 @@
+"""The trainings that the claims compare: their commands, and what is kept of a run."""
+
+from __future__ import annotations
+
+import json
+import shlex
+
+import pytest
+
+from jaxwalk import files, policy, resources, run_folder
+from jaxwalk.cli import train
+from jaxwalk.config import to_dict
+from jaxwalk.errors import UserError
+from jaxwalk.paper import trainings
+from jaxwalk.paper.trainings import TRAININGS
+
+
+def test_each_command_is_one_that_train_understands_and_they_differ():
+    configs = {name: train.read(shlex.split(one.line(0))[2:]).config for name, one in TRAININGS.items()}
+    assert len({json.dumps(to_dict(config)) for config in configs.values()}) == len(TRAININGS) == 5
+    full = configs["full"]
+    assert full.observation == ("speed", "pitch", "zmp", "step_length") and full.train.footsteps == 20_000
+    assert configs["pair"].observation == ("zmp", "pitch")
+    assert (configs["printed"].ddpg.actor_lr, configs["printed"].ddpg.critic_lr) == (1e-8, 2e-8)
+    assert (full.ddpg.start, configs["random"].ddpg.start) == ("nominal", "random")
+    assert configs["walls"].body.model == "walls"
+
+
+def a_run(path, name="full", seed=1, **changes):
+    """A finished run folder, but for what nobody looks at; its policy is the shipped one."""
+    words = [*TRAININGS[name].words_of(seed), "--run-dir", str(path)]
+    config = to_dict(train.read(TRAININGS[name].words_of(seed)[1:]).config)
+    record = {
+        "config": config,
+        "seed": seed,
+        "command": shlex.join(["jaxwalk", *words]),
+        "versions": {},
+    } | changes
+    path.mkdir()
+    files.write_json(path / run_folder.CONFIG, record)
+    rows = [
+        {"footsteps": 2000, "train/reward": 0.5},
+        {"footsteps": 2000, "eval/survival": 0.25, "eval/score": -0.5},
+        {"footsteps": 4000, "eval/survival": 0.75, "eval/score": 0.5},
+    ]
+    (path / run_folder.METRICS).write_text("".join(json.dumps(row) + "\n" for row in rows))
+    loaded = policy.load(resources.model_path("shipped.safetensors"))
+    policy.save(loaded, path / run_folder.POLICY)
+    return path
+
+
+def test_of_a_run_its_policy_and_its_curve_are_kept_with_the_command(tmp_path):
+    run, folder = a_run(tmp_path / "run"), tmp_path / "kept"
+    assert trainings.missing(folder, "full") == [
+        f"{kind}/full-{seed}.{ending}"
+        for seed in (0, 1, 2)
+        for kind, ending in (("policies", "safetensors"), ("curves", "csv"))
+    ]
+    before = trainings.digest(folder, ("full",))
+    trainings.keep(run, "full", 1, folder)
+    assert trainings.curve(folder, "full", 1) == trainings.Curve((2000, 4000), (0.25, 0.75), (-0.5, 0.5))
+    kept = policy.load(trainings.policy_file(folder, "full", 1)).metadata
+    assert kept.command == TRAININGS["full"].line(1)  # where the run lay is nobody's business
+    first = trainings.curve_file(folder, "full", 1).read_text().splitlines()[0]
+    assert first == f"# {TRAININGS['full'].line(1)}"
+    assert "policies/full-1.safetensors" not in trainings.missing(folder, "full")
+    assert trainings.digest(folder, ("full",)) != before
+
+
+@pytest.mark.parametrize(
+    ("changes", "name", "seed", "says"),
+    [
+        ({}, "mood", 1, "no training 'mood' of seed 1: give one of full (0, 1, 2)"),
+        ({}, "full", 7, "no training 'full' of seed 7"),
+        ({}, "full", 2, "has seed 1, not 2"),
+        (
+            {},
+            "pair",
+            1,
+            "has another configuration: give one of jaxwalk train --preset quick --observation zmp",
+        ),
+        ({"config": {}}, "full", 1, "has another configuration"),
+    ],
+)
+def test_a_run_of_something_else_is_not_kept(tmp_path, changes, name, seed, says):
+    run, folder = a_run(tmp_path / "run", **changes), tmp_path / "kept"
+    with pytest.raises(UserError) as error:
+        trainings.keep(run, name, seed, folder)
+    assert says in str(error.value) and not folder.exists()
+
+
+def test_a_run_without_an_evaluation_is_not_kept(tmp_path):
+    run = a_run(tmp_path / "run")
+    (run / run_folder.METRICS).write_text('{"footsteps": 1}\n')
+    with pytest.raises(UserError, match="has no evaluation yet"):
+        trainings.keep(run, "full", 1, tmp_path / "kept")
+
+
+@pytest.mark.parametrize(
+    "content", ["", "footsteps,survival\n1,2\n", "footsteps,survival,score\n1,2,nan\n", "\0"]
+)
+def test_a_damaged_curve_is_one_line(tmp_path, content):
+    path = trainings.curve_file(tmp_path, "full", 0)
+    path.parent.mkdir()
+    path.write_text(content)
+    with pytest.raises(UserError, match="holds no learning curve"):
+        trainings.curve(tmp_path, "full", 0)
+
+
+@pytest.mark.slow
+def test_a_training_of_seconds_gives_files_that_the_claims_read(tmp_path):
+    said = []
+    trainings.train(tmp_path, tmp_path / "runs", ("walls",), said.append, preset="smoke")
+    assert said == ["jaxwalk train --preset smoke --body.model walls --seed 0"]
+    assert trainings.missing(tmp_path, "walls") == []
+    assert trainings.curve(tmp_path, "walls", 0).footsteps
+    said.clear()
+    trainings.train(tmp_path, tmp_path / "runs", ("walls",), said.append, preset="smoke")
+    assert said == []  # what is finished is not trained again
