@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
+import dataclasses
 
 import numpy as np
 import pytest
 
 from jaxwalk.config import Config
 from jaxwalk.paper.claims import registry
+from jaxwalk.paper.lab import Lab
 from jaxwalk.paper.trace import Trace, landings
 from jaxwalk.paper.verdict import above, below, verdict
+from jaxwalk.subjects import Subject
 
 DT, STEP, COUNT = 0.002, 200, 12  # s; ticks in a step; steps
 
@@ -53,15 +55,18 @@ def walk(*, peak=0.95, walkers=6, pushed=None, answer=(0.0, 0.0), seed=0):
     return Trace(**{name: np.asarray(x, np.float32) for name, x in arrays.items()}, **flags)
 
 
-def lab(**traces):
-    """A laboratory that has these walks: by impulse, and unpushed."""
-    named = {0.0: traces["calm"], 30.0: traces.get("forward"), -40.0: traces.get("backward")}
-    subject = SimpleNamespace(config=Config())
-    return SimpleNamespace(
-        trace=lambda model, impulse=0.0: named[impulse],
-        timestep=lambda model: DT,
-        subject=lambda model: subject,
-    )
+class Bench(Lab):
+    """A laboratory that has these walks, unpushed and pushed either way; the rest a test sets."""
+
+    def __init__(self, calm, forward=None, backward=None, **asked):
+        walks = {0.0: calm, 30.0: forward, -40.0: backward}
+        subject = Subject("somebody", Config(), None, lambda params, seen: seen)
+        self.quick = True
+        self.trace = lambda model, impulse=0.0: walks[impulse]
+        self.timestep = lambda model: DT
+        self.subject = lambda model: subject
+        self.fixed = lambda model: dataclasses.replace(subject, name="fixed")
+        vars(self).update(asked)
 
 
 def test_touch_downs_are_found_until_the_fall():
@@ -74,7 +79,7 @@ def test_touch_downs_are_found_until_the_fall():
 
 @pytest.mark.parametrize(("peak", "share"), [(0.95, 1.0), (0.0, 1.0), (0.5, 0.0), (0.05, 0.0)])
 def test_a_step_is_fastest_just_before_touch_down_or_not(peak, share):
-    numbers = registry()["speed"].measure(lab(calm=walk(peak=peak)), "planar")
+    numbers = registry()["speed"].measure(Bench(calm=walk(peak=peak)), "planar")
     assert numbers["late"]["mean"] == share
     assert numbers["speed"]["mean"] == pytest.approx(1.0, abs=0.002)
     course = np.array(numbers["course"]["mean"])
@@ -87,12 +92,12 @@ def test_who_fell_is_left_out_and_nobody_is_no_number():
     fallen = trace.replace(fell=np.ones_like(trace.fell))
     for name in ("speed", "pitch"):
         claim = registry()[name]
-        assert verdict(claim.checks(claim.measure(lab(calm=fallen), "planar"))) == "cannot be told"
-        claim.draw({"planar": claim.measure(lab(calm=fallen), "planar")})
+        assert verdict(claim.checks(claim.measure(Bench(calm=fallen), "planar"))) == "cannot be told"
+        claim.draw({"planar": claim.measure(Bench(calm=fallen), "planar")})
 
 
 def test_filters_are_told_by_what_they_leave_of_the_change():
-    numbers = registry()["filters"].measure(lab(calm=walk()), "planar")
+    numbers = registry()["filters"].measure(Bench(calm=walk()), "planar")
     # The noise is 1, 0.3 and 0.1 of its size.
     for name in ("velocity", "acceleration"):
         assert numbers[name]["mean_to_raw"]["mean"] == pytest.approx(0.3, abs=0.01)
@@ -104,7 +109,7 @@ def test_filters_are_told_by_what_they_leave_of_the_change():
 
 
 def test_the_pitch_is_told_from_its_least_to_its_greatest():
-    numbers = registry()["pitch"].measure(lab(calm=walk()), "planar")
+    numbers = registry()["pitch"].measure(Bench(calm=walk()), "planar")
     assert numbers["swing"]["mean"] == pytest.approx(0.08, abs=1e-3)
     assert numbers["mean"]["mean"] == pytest.approx(0.09, abs=1e-3)
 
@@ -116,7 +121,7 @@ def test_the_answer_to_a_push_is_the_first_step_chosen_after_it():
         "backward": walk(pushed=6 * STEP + 130, answer=(-0.05, 0.03), seed=1),
     }
     claim = registry()["steps"]
-    changes = claim.measure(lab(**walks), "planar")["changes"]
+    changes = claim.measure(Bench(**walks), "planar")["changes"]
     told = [changes[way][name]["mean"] for way in changes for name in ("length", "duration")]
     assert told == pytest.approx([0.1, -0.02, -0.05, 0.03], abs=2e-3)
     assert above(changes["forward"]["length"]) and below(changes["forward"]["duration"])
@@ -128,10 +133,8 @@ def test_the_parts_of_the_step_are_pushed_at_their_own_moments():
     def scenarios(subject, impulse, phase):
         pushed.update(impulse=impulse, phase=phase)
 
-    bench = lab(calm=walk())
-    bench.quick, bench.scenarios = True, scenarios
     # Whoever is pushed in toe-off, 0.04 s of 0.4, stays up.
-    bench.pushed = lambda *_: {"up": pushed["phase"] < 0.1}
+    bench = Bench(calm=walk(), scenarios=scenarios, pushed=lambda *_: {"up": pushed["phase"] < 0.1})
     claim = registry()["phases"]
     numbers = claim.measure(bench, "planar")
     assert numbers["parts"]["toe-off"] == pytest.approx([0.0, 0.1])
@@ -154,11 +157,10 @@ def test_each_controller_is_taken_away_alone():
         asked[what] = subject, numbers
         return exam(0.9 if what == "all three" else 0.3)
 
-    bench = lab(calm=walk())
-    bench.exam, bench.fixed = examined, lambda model: "fixed"
+    bench = Bench(calm=walk(), exam=examined)
     claim, own = registry()["controllers"], Config().gait
     numbers = claim.measure(bench, "planar")
-    assert asked["all three"][1] == own and asked["step never adapted"][0] == "fixed"
+    assert asked["all three"][1] == own and asked["step never adapted"][0].name == "fixed"
     changes = {
         what: {name: x for name, x in vars(found).items() if x != getattr(own, name)}
         for what, (_, found) in asked.items()
@@ -184,12 +186,7 @@ def test_the_sweeps_are_of_one_number_each():
         fast = speed - 1.0 - 0.1 * (damping - 1.0)
         return exam(0.6 - fast, speed=1.0 + fast)
 
-    from jaxwalk.subjects import Subject
-
-    bench = lab(calm=walk())
-    bench.exam, bench.quick = examined, True
-    bench.subject = lambda model: Subject("one", Config(), None, lambda params, seen: seen)
     claim = registry()["trade"]
-    numbers = claim.measure(bench, "planar")
+    numbers = claim.measure(Bench(calm=walk(), exam=examined), "planar")
     assert asked == [(0.8, 1.0), (1.0, 1.0), (1.2, 1.0), (1.0, 0.25), (1.0, 1.0), (1.0, 4.0)]
     assert verdict(claim.checks(numbers)) == "holds"
