@@ -163,8 +163,7 @@ class Lab:
             numbers=numbers, what=what,
         )  # fmt: skip
         up, unpushed = outlived(trials), impulse == 0
-        walked = trials.tally.seconds[unpushed]
-        speeds = (trials.tally.distance[unpushed] / np.maximum(walked, 1e-6))[up[unpushed] & (walked > 1.0)]
+        speeds = speeds_of(trials, unpushed)
         return {
             "calm": share(up[unpushed]),
             "pushed": share(up[~unpushed]),
@@ -192,6 +191,13 @@ def outlived(trials: Trial) -> np.ndarray:
     """[N] whether each is up at the end, and met the push that was meant for it."""
     met = np.isclose(trials.tally.impulse, trials.scenario.impulse, rtol=1e-3)
     return ~np.asarray(trials.state.terminated) & met
+
+
+def speeds_of(trials: Trial, which: np.ndarray | slice) -> np.ndarray:
+    """Mean speed of each walker among ``which`` that stayed up, m/s."""
+    seconds, distance = (np.asarray(x)[which] for x in (trials.tally.seconds, trials.tally.distance))
+    walked = outlived(trials)[which] & (seconds > 1.0)
+    return distance[walked] / seconds[walked]
 
 
 def changed(numbers: GaitConfig, **values: Any) -> GaitConfig:

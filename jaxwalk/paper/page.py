@@ -90,7 +90,7 @@ def ours(claim: Claim, numbers: Mapping[str, Any]) -> tuple[tuple[Ours, ...], Ve
     """What the numbers of each body say, and the verdict over all: every body must say yes."""
     each: dict[str, Sequence[Check]] = {body: claim.checks(told) for body, told in numbers.items()}
     told = tuple(
-        Ours(BODIES[body], tuple((check.says, _MARKS[check.answer]) for check in checks), verdict(checks))  # type: ignore[index]
+        Ours(BODIES[body], tuple((check.says, _MARKS[check.answer]) for check in checks), verdict(checks))
         for body, checks in each.items()
     )
     return told, verdict([check for checks in each.values() for check in checks])

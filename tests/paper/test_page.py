@@ -5,13 +5,12 @@ from __future__ import annotations
 import csv
 import dataclasses
 import html
-import importlib.util
 import json
 import re
 import shlex
-from pathlib import Path
 
 import pytest
+from paper import canned
 from PIL import Image
 
 from jaxwalk import cli
@@ -19,10 +18,6 @@ from jaxwalk.cli.paper import NAMES, PaperArgs
 from jaxwalk.cli.parse import parse
 from jaxwalk.paper import command
 from jaxwalk.paper.claims import registry
-
-_SPEC = importlib.util.spec_from_file_location("canned", Path(__file__).with_name("canned.py"))
-canned = importlib.util.module_from_spec(_SPEC)
-_SPEC.loader.exec_module(canned)
 
 
 @pytest.fixture

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-import importlib.util
-from pathlib import Path
-
 import numpy as np
 import pytest
+from paper import canned
 
 from jaxwalk.cli.paper import NAMES
 from jaxwalk.paper import verdict as v
 from jaxwalk.paper.claims import registry
 from jaxwalk.paper.page import ours
-
-_SPEC = importlib.util.spec_from_file_location("canned", Path(__file__).with_name("canned.py"))
-canned = importlib.util.module_from_spec(_SPEC)
-_SPEC.loader.exec_module(canned)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -16,7 +16,7 @@ from jaxwalk.config import BodyModel
 from jaxwalk.generalise.circumstances import BACKPACK, FRONT_PACK
 from jaxwalk.paper import pictures
 from jaxwalk.paper.claim import Claim, Numbers
-from jaxwalk.paper.lab import Lab, outlived
+from jaxwalk.paper.lab import Lab, outlived, speeds_of
 from jaxwalk.paper.verdict import Check, above, mean_of, percent, share, told
 
 MOST = 0.9
@@ -45,14 +45,12 @@ def measure(lab: Lab, model: BodyModel) -> Numbers:
         batches.append(lab.scenarios(who, none, none, scenarios.CALM, burden=burden))
     together = jax.tree.map(lambda *x: jnp.concatenate(x), *batches)
     trials = lab.trial(subject, together, SECONDS[lab.quick], what="loads")
-    up, tally = outlived(trials), trials.tally
+    up = outlived(trials)
     rows = []
     for place, (name, height, burden) in enumerate(cases):
         here = slice(place * each, (place + 1) * each)
-        walked = tally.seconds[here]
-        speeds = (tally.distance[here] / np.maximum(walked, 1e-6))[up[here] & (walked > 1.0)]
         row = {"case": name, "height": height, "pack": burden.mass}
-        rows.append({**row, "up": share(up[here]), "speed": mean_of(speeds)})
+        rows.append({**row, "up": share(up[here]), "speed": mean_of(speeds_of(trials, here))})
     return {"seconds": SECONDS[lab.quick], "rows": rows}
 
 

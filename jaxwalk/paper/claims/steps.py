@@ -30,9 +30,9 @@ def _decisions(trace: Trace, walker: int, answered: int) -> dict[str, np.ndarray
     ends = ends[ends + answered < trace.elapsed.shape[1]]
     return {
         "tick": ends,
-        "speed": trace.filtered[walker, ends, 0],
-        "length": trace.length[walker, ends + answered],
-        "duration": trace.duration[walker, ends + answered],
+        "speed": np.asarray(trace.filtered[walker, ends, 0]),
+        "length": np.asarray(trace.length[walker, ends + answered]),
+        "duration": np.asarray(trace.duration[walker, ends + answered]),
     }
 
 
