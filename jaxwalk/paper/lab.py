@@ -28,7 +28,6 @@ from jaxwalk.trials import BINS, Profile, Scenario, Trial
 
 BATCH = 64
 EXAM_SECONDS = 9.0  # the push comes in the sixth footstep, after some 3 s
-BLANK = Profile(jnp.zeros(BINS), jnp.float32(0.6))  # where recovery is not asked for
 
 
 @dataclass(frozen=True)
@@ -99,13 +98,19 @@ class Lab:
         subject: Subject,
         scenario: Scenario,
         seconds: float,
-        profile: Profile = BLANK,
+        profile: Profile | None = None,
         numbers: GaitConfig | None = None,
         what: str = "trials",
     ) -> Trial:
-        """Scenarios [N] run for ``seconds``; ``numbers`` of the controllers, if not the subject's own."""
+        """Scenarios [N] run for ``seconds``.
+
+        Args:
+          profile: what recovery is held against; None: it is not asked for.
+          numbers: of the controllers, if not the subject's own.
+        """
         runner = self._programs.of(subject)
         numbers = subject.config.gait if numbers is None else numbers
+        profile = Profile(jnp.zeros(BINS), jnp.float32(0.6)) if profile is None else profile
         return runner.run(subject.params, numbers, profile, scenario, seconds, partial(self.tell, what))
 
     def scenarios(
@@ -136,7 +141,7 @@ class Lab:
         calm = self.scenarios(subject, none, none, scenarios.CALM)
         return evaluate.profile_of(self.trial(subject, calm, self.sample(model).seconds, what="walking"))
 
-    def pushed(self, subject: Subject, scenario: Scenario, profile: Profile) -> dict[str, np.ndarray]:
+    def pushed(self, subject: Subject, scenario: Scenario, profile: Profile | None) -> dict[str, np.ndarray]:
         """[N] of each push: whether the walker is up long after, and after how many s it was steady again."""
         trials = self.trial(subject, scenario, BEFORE_PUSH + AFTER_PUSH, profile, what="pushes")
         return {"up": outlived(trials), "recovery": np.asarray(trials.tally.recovery)}

@@ -58,6 +58,12 @@ class Told:
         return "" if self.png is None else f"data:image/png;base64,{base64.b64encode(self.png).decode()}"
 
     @property
+    def each(self) -> tuple[str, ...]:
+        """The verdict on each body there is, whether it was measured or not."""
+        found = {one.body: one.verdict for one in self.ours}
+        return tuple(found.get(body, "not measured") for body in BODIES.values())
+
+    @property
     def kind(self) -> str:
         """Of its verdict, for the style."""
         return _CLASSES[self.verdict]

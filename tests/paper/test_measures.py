@@ -190,3 +190,26 @@ def test_the_sweeps_are_of_one_number_each():
     numbers = claim.measure(Bench(calm=walk(), exam=examined), "planar")
     assert asked == [(0.8, 1.0), (1.0, 1.0), (1.2, 1.0), (1.0, 0.25), (1.0, 1.0), (1.0, 4.0)]
     assert verdict(claim.checks(numbers)) == "holds"
+
+
+@pytest.mark.slow
+def test_a_real_walk_is_traced_and_examined(tmp_path):
+    real = Lab("fixed", tmp_path, True, 0)
+    calm = real.trace("planar")
+    # Unpushed walkers touch down every half second or so, and never fall.
+    assert not calm.fell.any() and calm.velocity.shape == (24, 4 / DT)
+    assert all(4 < len(landings(calm, walker)) < 14 for walker in range(24))
+    assert 0.95 < calm.velocity.mean() < 1.05 and not calm.pushing.any()
+    # What is measured is the truth with noise; filters take it off.
+    errors = [np.std(stage[..., 0] - calm.velocity) for stage in (calm.raw, calm.mean, calm.filtered)]
+    assert 0.02 < errors[0] < 0.05 and errors[2] < 0.05
+    pushed = real.trace("planar", 30.0)
+    assert (pushed.pushing.sum(axis=1) == 50).all()
+    exam = real.exam(real.fixed("planar"), "planar")
+    assert (
+        exam["calm"]["mean"] == 1.0 and len(exam["survived"]) == 48 and 0.05 < exam["pushed"]["mean"] < 0.95
+    )
+    # Without toe-off nobody keeps walking as fast.
+    config = real.fixed("planar").config
+    weak = real.exam(real.fixed("planar"), "planar", dataclasses.replace(config.gait, toe_off_gain=0.0))
+    assert weak["calm"]["mean"] < 0.5 or weak["speed"]["mean"] < exam["speed"]["mean"] - 0.1

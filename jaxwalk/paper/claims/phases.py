@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from jaxwalk.config import BodyModel
 from jaxwalk.paper import pictures
 from jaxwalk.paper.claim import Claim, Numbers
-from jaxwalk.paper.lab import BLANK, Lab
+from jaxwalk.paper.lab import Lab
 from jaxwalk.paper.trace import landings
 from jaxwalk.paper.verdict import Check, above, difference, percent, share, told
 
@@ -46,7 +46,7 @@ def measure(lab: Lab, model: BodyModel) -> Numbers:
     grid = [(i, p, m) for i in IMPULSES for p in PARTS for m in moments[p]] * replicas
     impulse, phase = np.array([g[0] for g in grid]), np.array([g[2] for g in grid])
     part = np.array([g[1] for g in grid])
-    up = lab.pushed(subject, lab.scenarios(subject, impulse, phase), BLANK)["up"]
+    up = lab.pushed(subject, lab.scenarios(subject, impulse, phase), None)["up"]
     ways = {"both ways": impulse != 0, "forward": impulse > 0, "backward": impulse < 0}
     return {
         "parts": {p: list(where) for p, where in parts.items()},
