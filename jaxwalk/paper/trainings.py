@@ -7,7 +7,6 @@ import dataclasses
 import hashlib
 import io
 import math
-import os
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -106,7 +105,7 @@ def keep(run: Path, name: str, seed: int, folder: Path, preset: str = "quick") -
 
     Raises:
       UserError: no such training, a run of another seed or configuration, one that is damaged or has not
-        come to an evaluation.
+        ended.
     """
     from jaxwalk.cli import train as command
 
@@ -124,8 +123,8 @@ def keep(run: Path, name: str, seed: int, folder: Path, preset: str = "quick") -
     said = _without_folder(origin.command)
     kept = dataclasses.replace(loaded, metadata=dataclasses.replace(loaded.metadata, command=said))
     rows = [row for row in run_folder.read_metrics(run) if row.get("eval/survival") is not None]
-    if not rows:
-        raise UserError(f"the run in {run} has no evaluation yet: give one that has ended")
+    if not rows or not _has_ended(run):
+        raise UserError(f"the run in {run} is not over: give one that has ended")
     for part in (POLICIES, CURVES):
         files.make_folder("--trained", folder / part)
     policy.save(kept, policy_file(folder, name, seed))
@@ -139,6 +138,11 @@ def _without_folder(command: str) -> str:
     words = shlex.split(command)
     kept = [w for i, w in enumerate(words) if "--run-dir" not in (w, w.partition("=")[0], words[i - 1])]
     return shlex.join(kept)
+
+
+def _has_ended(run: Path) -> bool:
+    summary = run_folder.read_summary(run)
+    return bool(summary) and not summary.get("interrupted")
 
 
 def curve(folder: Path, name: str, seed: int) -> Curve:
@@ -165,6 +169,9 @@ def train(folder: Path, runs: Path, names: Sequence[str], tell: Any = print, pre
     Args:
       folder: for policies and curves. runs: for the run folders, ``NAME-SEED``.
       tell: called with the command of each run as it begins.
+
+    Raises:
+      KeyboardInterrupt: a run was stopped; the next call goes on with it.
     """
     from jaxwalk.cli import train as command
 
@@ -172,8 +179,10 @@ def train(folder: Path, runs: Path, names: Sequence[str], tell: Any = print, pre
         for seed in TRAININGS[name].seeds:
             run = runs / f"{name}-{seed}"
             words = TRAININGS[name].words_of(seed, preset)
-            if not os.path.lexists(run / run_folder.SUMMARY):
+            if not _has_ended(run):
                 begun = (run / run_folder.METRICS).is_file()
                 tell(shlex.join(["jaxwalk", *words]))
                 command.run(["--resume", str(run)] if begun else [*words[1:], "--run-dir", str(run)])
+                if not _has_ended(run):  # Ctrl-C: it stopped where it can go on
+                    raise KeyboardInterrupt
             keep(run, name, seed, folder, preset)

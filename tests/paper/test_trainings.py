@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+from pathlib import Path
 
 import pytest
 
@@ -46,6 +47,7 @@ def a_run(path, name="full", seed=1, **changes):
     (path / run_folder.METRICS).write_text("".join(json.dumps(row) + "\n" for row in rows))
     loaded = policy.load(resources.model_path("shipped.safetensors"))
     policy.save(loaded, path / run_folder.POLICY)
+    files.write_json(path / run_folder.SUMMARY, {"interrupted": False})
     return path
 
 
@@ -89,11 +91,51 @@ def test_a_run_of_something_else_is_not_kept(tmp_path, changes, name, seed, says
     assert says in str(error.value) and not folder.exists()
 
 
-def test_a_run_without_an_evaluation_is_not_kept(tmp_path):
+@pytest.mark.parametrize(
+    ("file", "content"),
+    [
+        (run_folder.METRICS, '{"footsteps": 1}\n'),
+        (run_folder.SUMMARY, '{"interrupted": true}'),
+        (run_folder.SUMMARY, None),
+    ],
+)
+def test_a_run_that_is_not_over_is_not_kept(tmp_path, file, content):
     run = a_run(tmp_path / "run")
-    (run / run_folder.METRICS).write_text('{"footsteps": 1}\n')
-    with pytest.raises(UserError, match="has no evaluation yet"):
+    (run / file).unlink()
+    if content is not None:
+        (run / file).write_text(content)
+    with pytest.raises(UserError, match="is not over"):
         trainings.keep(run, "full", 1, tmp_path / "kept")
+
+
+def test_all_runs_are_trained_one_after_another_and_what_was_stopped_goes_on(tmp_path, monkeypatch):
+    asked, stop = [], {"random-1"}
+
+    def trained(argv):
+        asked.append(argv)
+        resumed = argv[0] == "--resume"
+        run = Path(argv[argv.index("--resume" if resumed else "--run-dir") + 1])
+        name, seed = run.name.rsplit("-", 1)
+        if not resumed:
+            a_run(run, name, int(seed))
+        interrupted = run.name in stop and not resumed
+        files.write_json(run / run_folder.SUMMARY, {"interrupted": interrupted})
+
+    (tmp_path / "runs").mkdir()
+    monkeypatch.setattr(train, "run", trained)
+    said = []
+    everything = (tmp_path, tmp_path / "runs", ("random", "walls"), said.append)
+    with pytest.raises(KeyboardInterrupt):
+        trainings.train(*everything)
+    assert trainings.missing(tmp_path, "random") == [
+        f"{kind}-{seed}.{ending}"
+        for seed in (1, 2)
+        for kind, ending in (("policies/random", "safetensors"), ("curves/random", "csv"))
+    ]
+    trainings.train(*everything)
+    assert trainings.missing(tmp_path, "random") == trainings.missing(tmp_path, "walls") == []
+    assert [argv[0] for argv in asked] == ["--preset", "--preset", "--resume", "--preset", "--preset"]
+    assert said[0] == TRAININGS["random"].line(0) and "--ddpg.start random" in said[0]
 
 
 @pytest.mark.parametrize(
