@@ -74,6 +74,7 @@ class Lab:
         self._programs = Programs(EvaluateArgs(policy, walkers=BATCH, impulses=()))
         self._traces: dict[Any, trace.Trace] = {}
         self._recorders: dict[Any, trace.Recorder] = {}
+        self._shares: dict[str, dict[str, Interval]] = {}
 
     def sample(self, model: BodyModel) -> Sample:
         return _SAMPLES[self.quick, model]
@@ -178,6 +179,17 @@ class Lab:
             "impulses": impulse[~unpushed].tolist(),
         }
 
+    def shares(self, policy: str, what: str) -> dict[str, Interval]:
+        """What the exam finds of a policy in the plane; several claims ask for the same ones.
+
+        Returns:
+          calm, pushed, speed: as `exam`.
+        """
+        if policy not in self._shares:
+            found = self.exam(subjects.load(policy), "planar", what=what)
+            self._shares[policy] = {name: found[name] for name in ("calm", "pushed", "speed")}
+        return self._shares[policy]
+
     def trace(self, model: BodyModel, impulse: float = 0.0) -> trace.Trace:
         """Walkers tick by tick from the settled gait on; with a push of ``impulse`` N s, around it."""
         key = model, impulse
@@ -228,20 +240,6 @@ def examined(lab: Lab, names: Sequence[str]) -> dict[str, Any]:
         runs[name] = []
         for seed in trainings.TRAININGS[name].seeds:
             told = trainings.curve(lab.trained, name, seed)
-            subject = subjects.load(str(trainings.policy_file(lab.trained, name, seed)))
-            runs[name].append(
-                {
-                    "seed": seed,
-                    "curve": dataclasses.asdict(told),
-                    **_shares(lab.exam(subject, "planar", what=name)),
-                }
-            )
-    return {
-        "missing": [],
-        "runs": runs,
-        "fixed": _shares(lab.exam(lab.fixed("planar"), "planar", what="fixed")),
-    }
-
-
-def _shares(exam: dict[str, Any]) -> dict[str, Interval]:
-    return {name: exam[name] for name in ("calm", "pushed", "speed")}
+            shares = lab.shares(str(trainings.policy_file(lab.trained, name, seed)), name)
+            runs[name].append({"seed": seed, "curve": dataclasses.asdict(told), **shares})
+    return {"missing": [], "runs": runs, "fixed": lab.shares(subjects.FIXED, subjects.FIXED)}

@@ -68,6 +68,13 @@ def shares(axes: Axes) -> None:
     axes.set_ylim(-0.02, 1.05)
 
 
+def legend(figure: Figure, axes: Axes) -> None:
+    """What the colours of a panel mean, below all panels, where it hides nothing."""
+    figure.legend(
+        *axes.get_legend_handles_labels(), loc="outside lower left", ncols=3, frameon=False, fontsize=9
+    )
+
+
 def bodies(axes: Any, numbers: Mapping[Any, Any]) -> None:
     """The body's name over each column."""
     for column, body in enumerate(numbers):

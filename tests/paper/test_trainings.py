@@ -13,6 +13,8 @@ from jaxwalk.cli import train
 from jaxwalk.config import to_dict
 from jaxwalk.errors import UserError
 from jaxwalk.paper import trainings
+from jaxwalk.paper.claims import registry
+from jaxwalk.paper.lab import Lab
 from jaxwalk.paper.trainings import TRAININGS
 
 
@@ -159,3 +161,25 @@ def test_a_training_of_seconds_gives_files_that_the_claims_read(tmp_path):
     said.clear()
     trainings.train(tmp_path, tmp_path / "runs", ("walls",), said.append, preset="smoke")
     assert said == []  # what is finished is not trained again
+
+
+def test_policies_are_examined_once_for_all_claims_that_compare_them(tmp_path, monkeypatch):
+    for name in ("full", "pair", "printed"):
+        for seed in TRAININGS[name].seeds:
+            trainings.keep(a_run(tmp_path / f"{name}-{seed}", name, seed), name, seed, tmp_path)
+    examined = []
+
+    def exam(self, subject, model, numbers=None, what="exam"):
+        examined.append(subject.name)
+        told = {"mean": 0.5, "low": 0.4, "high": 0.6, "n": 64}
+        return {"calm": told, "pushed": told, "speed": told, "speeds": [], "survived": [], "impulses": []}
+
+    monkeypatch.setattr(Lab, "exam", exam)
+    lab = Lab("fixed", tmp_path, True, 0)
+    for name in ("state", "rates"):
+        numbers = registry()[name].measure(lab, "planar")
+        assert [one["seed"] for one in numbers["runs"]["full"]] == [0, 1, 2]
+        assert numbers["runs"]["full"][0]["curve"]["survival"] == (0.25, 0.75)
+    assert len(examined) == len(set(examined)) == 3 + 3 + 3 + 1
+    # Of the third claim some are lacking.
+    assert registry()["start"].measure(lab, "planar") == {"missing": trainings.missing(tmp_path, "random")}

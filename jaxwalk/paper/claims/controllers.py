@@ -92,7 +92,7 @@ def draw(numbers: Mapping[BodyModel, Numbers]) -> Figure:
         panel.set_xticks(range(len(names)), names, rotation=25, ha="right", fontsize=8)
         pictures.shares(panel)
     axes[0, 0].set_ylabel("still up, share (bar: 95 %)")
-    axes[0, 0].legend(frameon=True, fontsize=8, loc="upper right")
+    pictures.legend(figure, axes[0, 0])
     pictures.bodies(axes, numbers)
     return figure
 

@@ -92,7 +92,7 @@ def draw(numbers: Mapping[BodyModel, Numbers]) -> Figure:
         axes[1, column].set_xlabel("s")
     axes[0, 0].set_ylabel("acceleration, m/s²")
     axes[1, 0].set_ylabel("velocity, m/s")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower left", ncols=3, frameon=False)
+    pictures.legend(figure, axes[0, 0])
     pictures.bodies(axes, numbers)
     return figure
 

@@ -90,14 +90,16 @@ def draw(numbers: Mapping[BodyModel, Numbers]) -> Figure:
         for place, way in enumerate(one["ways"]):
             for offset, part, colour in ((-0.2, "toe-off", pictures.BLUE), (0.2, "swing", pictures.ORANGE)):
                 pictures.bar(panel, place + offset, one["ways"][way][part], colour, 0.36)
-        for part, colour in (("toe-off", pictures.BLUE), ("swing", pictures.ORANGE)):
-            low, high = one["parts"][part]
-            name = "forward swing" if part == "swing" else part
-            panel.bar(0, 0, color=colour, label=f"{name} ({100 * low:.0f} to {100 * high:.0f} % of the step)")
+        panel.bar(0, 0, color=pictures.BLUE, label="begun in toe-off")
+        panel.bar(0, 0, color=pictures.ORANGE, label="begun in forward swing")
+        (_, toe_off), (_, swung) = one["parts"]["toe-off"], one["parts"]["swing"]
+        panel.set_xlabel(
+            f"toe-off: to {100 * toe_off:.0f} % of the step; forward swing: to {100 * swung:.0f} %"
+        )
         panel.set_xticks(range(len(one["ways"])), list(one["ways"]))
         pictures.shares(panel)
-        panel.legend(frameon=True, fontsize=8, loc="lower right")
     axes[0, 0].set_ylabel("pushes survived, share")
+    pictures.legend(figure, axes[0, 0])
     pictures.bodies(axes, numbers)
     return figure
 

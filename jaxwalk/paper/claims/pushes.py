@@ -84,7 +84,7 @@ def draw(numbers: Mapping[BodyModel, Numbers]) -> Figure:
         panel.set_xticks(range(len(POINTS)), POINTS, rotation=25, ha="right", fontsize=8)
         pictures.shares(panel)
     axes[0, 0].set_ylabel(f"up and steady within {WITHIN:g} s, share")
-    axes[0, 0].legend(frameon=True, fontsize=8, loc="lower left")
+    pictures.legend(figure, axes[0, 0])
     pictures.bodies(axes, numbers)
     return figure
 

@@ -119,7 +119,7 @@ def draw(numbers: Mapping[BodyModel, Numbers]) -> Figure:
         axes[1, column].set_xlabel("torso speed at touch-down, m/s")
     axes[0, 0].set_ylabel("chosen length, m")
     axes[1, 0].set_ylabel("chosen duration, s")
-    axes[0, 0].legend(frameon=False, fontsize=8)
+    pictures.legend(figure, axes[0, 0])
     pictures.bodies(axes, numbers)
     return figure
 

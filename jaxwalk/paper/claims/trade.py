@@ -78,13 +78,16 @@ def draw(numbers: Mapping[BodyModel, Numbers]) -> Figure:
                 pictures.point(axes[0, column], float(value), row["speed"], colour, label if i == 0 else None)
                 pictures.point(axes[1, column], float(value), row["pushed"], colour)
         pictures.shares(axes[1, column])
+        values = sorted({float(value) for one in numbers.values() for value in one[kind]})
+        axes[1, column].set_xscale("log")
+        axes[1, column].set_xticks(values, [f"{value:g}" for value in values])
+        axes[1, column].minorticks_off()
         pictures.title(axes[0, column], kind)
     axes[0, 0].set_ylabel("speed, m/s")
     axes[1, 0].set_ylabel("graded pushes survived, share")
     axes[1, 0].set_xlabel("v_desire, m/s")
     axes[1, 1].set_xlabel("ankle damping c, N m s/rad")
-    axes[1, 1].set_xscale("log")
-    axes[0, 0].legend(frameon=False, fontsize=8)
+    pictures.legend(figure, axes[0, 0])
     return figure
 
 
