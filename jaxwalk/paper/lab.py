@@ -49,7 +49,7 @@ _SAMPLES: dict[tuple[bool, BodyModel], Sample] = {
     (False, "planar"): Sample(64, 15.0, 16, 2),
     (False, "walls"): Sample(48, 10.0, 8, 1),
     (True, "planar"): Sample(24, 7.0, 8, 1),
-    (True, "walls"): Sample(16, 6.0, 4, 1),
+    (True, "walls"): Sample(16, 6.0, 8, 1),
 }
 
 
