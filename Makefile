@@ -34,8 +34,11 @@ report: $(READY) ## one page of everything about a policy (ARGS="runs/NAME --out
 	@mkdir -p runs
 	$(BIN)/jaxwalk report $(or $(ARGS),shipped --out runs/report.html)
 
-paper: $(READY) ## every claim of the paper, measured, into docs/paper (QUICK=1: small samples, RETRAIN=1: train anew)
-	$(BIN)/jaxwalk paper --out docs/paper $(if $(QUICK),--quick True) $(if $(RETRAIN),--retrain True) $(ARGS)
+# Small samples go elsewhere: they are never taken for, nor written over, full ones.
+paper: $(READY) ## every claim of the paper, measured, into docs/paper (QUICK=1: small samples, into runs/paper-quick; RETRAIN=1)
+	@mkdir -p docs/paper
+	$(BIN)/jaxwalk paper --out $(if $(QUICK),runs/paper-quick --trained docs/paper --quick True,docs/paper) \
+		$(if $(RETRAIN),--retrain True) $(ARGS)
 
 lint: $(READY) ## style and types
 	$(BIN)/ruff check .

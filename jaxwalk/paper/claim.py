@@ -32,7 +32,7 @@ class Claim:
       measure: the numbers of one body.
       checks: they against the rule.
       table: the numbers behind it, line by line, all of the same columns.
-      draw: its figure, of the bodies that were measured; None: it has none.
+      draw: its figure, of the bodies that were measured, if there is something to show; None: it has none.
       trainings: names of those that it needs.
     """
 
@@ -46,5 +46,5 @@ class Claim:
     measure: Callable[["Lab", BodyModel], Numbers]
     checks: Callable[[Numbers], Sequence[Check]]
     table: Callable[[Numbers], Sequence[Mapping[str, Any]]]
-    draw: Callable[[Mapping[BodyModel, Numbers]], Figure] | None = None
+    draw: Callable[[Mapping[BodyModel, Numbers]], Figure | None] | None = None
     trainings: tuple[str, ...] = ()

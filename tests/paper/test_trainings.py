@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import shlex
 from pathlib import Path
@@ -152,14 +153,15 @@ def test_a_damaged_curve_is_one_line(tmp_path, content):
 
 
 @pytest.mark.slow
-def test_a_training_of_seconds_gives_files_that_the_claims_read(tmp_path):
+def test_a_training_of_seconds_gives_files_that_the_claims_read(tmp_path, monkeypatch):
+    monkeypatch.setitem(TRAININGS, "full", dataclasses.replace(TRAININGS["full"], seeds=(0,)))
     said = []
-    trainings.train(tmp_path, tmp_path / "runs", ("walls",), said.append, preset="smoke")
-    assert said == ["jaxwalk train --preset smoke --body.model walls --seed 0"]
-    assert trainings.missing(tmp_path, "walls") == []
-    assert trainings.curve(tmp_path, "walls", 0).footsteps
+    trainings.train(tmp_path, tmp_path / "runs", ("full",), said.append, preset="smoke")
+    assert said == ["jaxwalk train --preset smoke --observation speed pitch zmp step_length --seed 0"]
+    assert trainings.missing(tmp_path, "full") == []
+    assert trainings.curve(tmp_path, "full", 0).footsteps
     said.clear()
-    trainings.train(tmp_path, tmp_path / "runs", ("walls",), said.append, preset="smoke")
+    trainings.train(tmp_path, tmp_path / "runs", ("full",), said.append, preset="smoke")
     assert said == []  # what is finished is not trained again
 
 

@@ -76,3 +76,9 @@ def test_what_a_claim_says_and_by_which_rule_is_told(name):
         claim.name == name and claim.says.endswith((".", "”", ".”")) and "95 %" in claim.rule and claim.where
     )
     assert set(claim.quick) <= set(claim.bodies) and claim.bodies
+
+
+@pytest.mark.parametrize("name", ["state", "rates", "start"])
+def test_without_trainings_there_is_no_figure_and_no_row(name):
+    claim, numbers = registry()[name], {"missing": ["policies/full-0.safetensors"]}
+    assert claim.draw({"planar": numbers}) is None and claim.table(numbers) == []

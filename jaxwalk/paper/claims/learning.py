@@ -47,13 +47,12 @@ def table(numbers: Numbers) -> list[dict[str, object]]:
     return rows
 
 
-def draw(numbers: Mapping[BodyModel, Numbers]) -> Figure:
-    figure, axes = pictures.panels(1, 2, width=5.0)
+def draw(numbers: Mapping[BodyModel, Numbers]) -> Figure | None:
+    """Curves and exams; nothing where trainings are missing."""
     one = numbers["planar"]
     if one["missing"]:
-        for panel in axes.flat:
-            panel.text(0.5, 0.5, "not trained yet", ha="center", va="center", transform=panel.transAxes)
-        return figure
+        return None
+    figure, axes = pictures.panels(1, 2, width=5.0)
     pictures.curves(axes[0, 0], one["runs"], one["fixed"])
     pictures.exams(axes[0, 1], one["runs"], one["fixed"])
     return figure
