@@ -15,6 +15,7 @@ from jaxwalk.paper.claim import Claim
 from jaxwalk.subjects import Subject
 
 FILE = "paper.json"
+_KEPT = ("inputs", "date", "seconds", "numbers")
 _SAME = ("quick", "seed")  # options that say what is measured
 
 
@@ -56,7 +57,8 @@ class Store:
             raise UserError(f"{self.path} holds no claims: move it away to have them measured anew")
         for name, kept in claims.items():
             if name in self._inputs and isinstance(kept, dict) and kept.get("inputs") == self._inputs[name]:
-                self.claims[name] = kept
+                # What the page says of it is made of the numbers anew.
+                self.claims[name] = {key: kept[key] for key in _KEPT if key in kept}
 
     def keep(self, claim: Claim, numbers: Mapping[str, Any], seconds: float) -> None:
         """Write down what was measured.

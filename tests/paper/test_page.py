@@ -138,6 +138,16 @@ def test_new_trainings_are_measured_anew_and_nothing_else_is(measured, tmp_path)
     assert {name for name, _ in measured} == {"state"}
 
 
+def test_a_verdict_that_somebody_wrote_is_not_believed(measured, tmp_path):
+    assert paper(tmp_path, "--only", "pitch") == 0
+    path = tmp_path / "paper.json"
+    path.write_text(path.read_text().replace('"holds"', '"does not hold"'))
+    assert told(tmp_path)["pitch"]["verdict"] == "does not hold"
+    measured.clear()
+    assert paper(tmp_path, "--only", "pitch") == 0 and measured == []
+    assert told(tmp_path)["pitch"]["verdict"] == "holds"
+
+
 def test_small_samples_are_said_and_fewer_bodies_walk(measured, tmp_path):
     assert paper(tmp_path, "--quick", "True", "--only", "speed", "trade") == 0
     assert measured == [("speed", "planar"), ("speed", "walls"), ("trade", "planar")]
