@@ -76,10 +76,10 @@ def draw(numbers: Mapping[BodyModel, Numbers]) -> Figure:
     figure, axes = pictures.panels(1, len(numbers), width=4.8, sharey=True)
     for column, one in enumerate(numbers.values()):
         panel = axes[0, column]
+        steady = {(row["impulse"], row["point"]): row["steady"] for row in one["rows"]}
         for offset, size, colour in ((-0.2, 30.0, pictures.BLUE), (0.2, -40.0, pictures.ORANGE)):
             for place, name in enumerate(POINTS):
-                row = next(r for r in one["rows"] if r["impulse"] == size and r["point"] == name)
-                pictures.bar(panel, place + offset, row["steady"], colour, 0.36)
+                pictures.bar(panel, place + offset, steady[size, name], colour, 0.36)
             panel.bar(0, 0, color=colour, label="30 N s, back" if size > 0 else "40 N s, front")
         panel.set_xticks(range(len(POINTS)), POINTS, rotation=25, ha="right", fontsize=8)
         pictures.shares(panel)
