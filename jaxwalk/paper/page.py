@@ -92,9 +92,9 @@ class Page:
         return [(name, found[name]) for name in (HOLDS, FAILS, OPEN)]
 
 
-def ours(claim: Claim, numbers: Mapping[str, Any]) -> tuple[tuple[Ours, ...], Verdict]:
+def ours(claim: Claim, numbers: Mapping[Any, Any]) -> tuple[tuple[Ours, ...], Verdict]:
     """What the numbers of each body say, and the verdict over all: every body must say yes."""
-    each: dict[str, Sequence[Check]] = {body: claim.checks(told) for body, told in numbers.items()}
+    each: dict[Any, Sequence[Check]] = {body: claim.checks(told) for body, told in numbers.items()}
     told = tuple(
         Ours(BODIES[body], tuple((check.says, _MARKS[check.answer]) for check in checks), verdict(checks))
         for body, checks in each.items()

@@ -93,6 +93,7 @@ def test_who_fell_is_left_out_and_nobody_is_no_number():
     for name in ("speed", "pitch"):
         claim = registry()[name]
         assert verdict(claim.checks(claim.measure(Bench(calm=fallen), "planar"))) == "cannot be told"
+        assert claim.draw is not None
         claim.draw({"planar": claim.measure(Bench(calm=fallen), "planar")})
 
 

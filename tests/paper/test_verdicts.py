@@ -81,4 +81,4 @@ def test_what_a_claim_says_and_by_which_rule_is_told(name):
 @pytest.mark.parametrize("name", ["state", "rates", "start"])
 def test_without_trainings_there_is_no_figure_and_no_row(name):
     claim, numbers = registry()[name], {"missing": ["policies/full-0.safetensors"]}
-    assert claim.draw({"planar": numbers}) is None and claim.table(numbers) == []
+    assert claim.draw is not None and claim.draw({"planar": numbers}) is None and claim.table(numbers) == []
