@@ -294,6 +294,9 @@ class DDPGConfig:
     """Transitions that are remembered."""
     warmup: int = 4_000
     """Footsteps gathered before the first update."""
+    start: Literal["nominal", "random"] = "nominal"
+    """First answer of the actor: the nominal step (from the height-to-stride-length ratio, as in the paper),
+    or one drawn from all that can be commanded."""
     critic_head_start: int = 1_000
     """Updates of the critic before the actor moves: an early critic would lead it astray."""
     updates_per_footstep: float = 0.5
