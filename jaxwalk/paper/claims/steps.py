@@ -133,7 +133,7 @@ CLAIM = Claim(
     rule="Over all footsteps the line of length against speed rises and that of duration falls; after a "
     "push of 30 N s forward the first chosen step is longer and quicker than the same walker's before, "
     "after one of 40 N s backward shorter and slower: six signs, each with all of its 95 % interval over "
-    "walkers.",
+    "walkers. (Duration: of early swing.)",
     bodies=("planar", "walls"),
     quick=("planar", "walls"),
     measure=measure,
