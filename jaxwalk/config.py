@@ -49,13 +49,13 @@ Drive = Literal["servo", "gazebo"]
 class PidConfig:
     """gazebo: a joint's PID, from the error of its velocity to its torque."""
 
-    proportional: float
+    proportional: float = 0.0
     """N m s/rad."""
-    integral: float
+    integral: float = 0.0
     """N m/rad."""
-    derivative: float
+    derivative: float = 0.0
     """kg m^2."""
-    windup: float
+    windup: float = 0.0
     """Largest torque that the integral may come to, N m."""
 
 

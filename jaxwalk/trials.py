@@ -285,9 +285,7 @@ class Runner:
         whole = mesh.size * devices.granularity()
         self.batch = -(-batch // whole) * whole
         self._window_seconds = task.setup.timestep * task.setup.window_ticks
-        self.begin = spread(
-            lambda n, s: devices.each(partial(begin, task, n), s), mesh, (False, True)
-        )
+        self.begin = spread(lambda n, s: devices.each(partial(begin, task, n), s), mesh, (False, True))
         each = partial(advance, task, act)
         self.advance = spread(
             lambda p, f, w, t: devices.each(lambda one: each(p, f, w, one), t),
