@@ -13,7 +13,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.installed-$(EXTRAS)
 
 .DEFAULT_GOAL := help
-.PHONY: help train test test-all bench report lint tune models clean
+.PHONY: help train test test-all bench report paper lint tune models clean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -33,6 +33,12 @@ bench: $(READY) ## bare mjx.step, the whole tick and the training loop, measured
 report: $(READY) ## one page of everything about a policy (ARGS="runs/NAME --out page.html")
 	@mkdir -p runs
 	$(BIN)/jaxwalk report $(or $(ARGS),shipped --out runs/report.html)
+
+# Small samples go elsewhere: they are never taken for, nor written over, full ones.
+paper: $(READY) ## every claim of the paper, measured, into docs/paper (QUICK=1: small samples, into runs/paper-quick; RETRAIN=1)
+	@mkdir -p docs/paper
+	$(BIN)/jaxwalk paper --out $(if $(QUICK),runs/paper-quick --trained docs/paper --quick True,docs/paper) \
+		$(if $(RETRAIN),--retrain True) $(ARGS)
 
 lint: $(READY) ## style and types
 	$(BIN)/ruff check .

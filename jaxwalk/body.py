@@ -110,3 +110,8 @@ def build(config: BodyConfig) -> Body:
         heel=HEEL * h,
         toe=TOE * h,
     )
+
+
+def about_joint(segment: Segment) -> float:
+    """Its inertia about its proximal joint, kg m^2."""
+    return segment.inertia + segment.mass * (segment.com[0] ** 2 + segment.com[1] ** 2)

@@ -39,7 +39,7 @@ def step(
     physics: PhysicsConfig,
     body: Similarity,
     plant: Plant,
-    command: Float[Array, "6"],
+    control: Float[Array, "A"],
     push: Float[Array, "7 2"],
     burden: Burden | None = None,
 ) -> tuple[Plant, Readings]:
@@ -48,8 +48,7 @@ def step(
     Args:
       config: the table of the body; its height and mass are ``body``'s.
       physics: its solver settings are not used, see `converged`.
-      command: [6] hip rate (rad/s), knee angle (rad), ankle torque (N m); left, then right.
-      push: [7, 2] forward force (N) and pitching moment (N m) at each segment's centre of mass.
+      control, push: as for it.
       burden: its pack and floor; its force is part of ``push``.
 
     Returns:
@@ -66,7 +65,7 @@ def step(
         plant.qpos,
         plant.qvel,
         plant.warmstart,
-        where.control(command),
+        control,
         push,
         vmap_method="broadcast_all",
     )

@@ -41,6 +41,44 @@ class BodyConfig:
     """In the plane, or free between two frictionless walls with a small gap, as the paper's."""
 
 
+Drive = Literal["servo", "gazebo"]
+"""What carries out the controllers' commands: MuJoCo's servos, or Gazebo's ways (see ``jaxwalk.drives``)."""
+
+
+@dataclass(frozen=True)
+class PidConfig:
+    """gazebo: a joint's PID, from the error of its velocity to its torque."""
+
+    proportional: float = 0.0
+    """N m s/rad."""
+    integral: float = 0.0
+    """N m/rad."""
+    derivative: float = 0.0
+    """kg m^2."""
+    windup: float = 0.0
+    """Largest torque that the integral may come to, N m."""
+
+
+@dataclass(frozen=True)
+class GazeboConfig:
+    """The gains of ``--physics.drives gazebo``; the joints' torque limits are those of the servos."""
+
+    hip: PidConfig = PidConfig(210.0, 300.0, 0.05, 60.0)
+    """Follows the commanded rate."""
+    knee: PidConfig = PidConfig(40.0, 250.0, 0.004, 40.0)
+    """Follows the rate that brings it to the commanded angle."""
+    ankle: PidConfig = PidConfig(0.0, 0.0, 0.0, 0.0)
+    """Told to stand still. The paper's ankle is passive: efforts alone move it."""
+    abduction: PidConfig = PidConfig(100.0, 1500.0, 0.0, 200.0)
+    """walls: told to stand still."""
+    knee_position_gain: float = 15.0
+    """Rate asked of the knee for each rad that it is off its angle, 1/s."""
+    knee_rate_max: float = 11.0
+    """Largest rate asked of it, rad/s."""
+    retraction_seconds: float = 0.05
+    """How long the effort lasts that brings the foot back up after toe-off, s."""
+
+
 @dataclass(frozen=True)
 class PhysicsConfig:
     """How MuJoCo integrates the body."""
@@ -77,6 +115,10 @@ class PhysicsConfig:
     """walls: the same, to the integral of its rate, N m/rad."""
     abduction_limit: float = 200.0
     """walls: largest abduction torque, N m."""
+    drives: Drive = "servo"
+    """What moves the joints: servos within the solver, or Gazebo's velocity PIDs and timed efforts."""
+    gazebo: GazeboConfig = field(default_factory=GazeboConfig)
+    """The gains of the latter."""
 
 
 @dataclass(frozen=True)
@@ -176,7 +218,7 @@ class GaitConfig:
     toe_off_gain: float = 300.0
     """linear: torque for each m/s lost, N m s/m."""
     toe_off_speed: float = 1.3
-    """linear: the torso's speed from which losses count, at 1 m/s desired, m/s."""
+    """The torso's speed at touch-down from which losses count, at 1 m/s desired, m/s: more than its mean."""
 
     back_step: bool = True
     """A walker that cannot pass over its stance foot puts the other foot down behind (not in the paper)."""
@@ -252,6 +294,9 @@ class DDPGConfig:
     """Transitions that are remembered."""
     warmup: int = 4_000
     """Footsteps gathered before the first update."""
+    start: Literal["nominal", "random"] = "nominal"
+    """First answer of the actor: the nominal step (from the height-to-stride-length ratio, as in the paper),
+    or one drawn from all that can be commanded."""
     critic_head_start: int = 1_000
     """Updates of the critic before the actor moves: an early critic would lead it astray."""
     updates_per_footstep: float = 0.5

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from jaxwalk import body
-from jaxwalk.config import Config
+from jaxwalk.config import Config, PidConfig
 from jaxwalk.errors import UserError
 
 T = TypeVar("T")
@@ -78,7 +78,8 @@ _POSITIVE = """
     sensors.mean_window gait.speed_desired gait.pitch_nominal
     gait.toe_off_full gait.toe_off_duration_min gait.stall_seconds gait.fall_height gait.fall_pitch
     physics.hip_gain physics.hip_limit physics.knee_stiffness physics.knee_damping physics.knee_limit
-    physics.ankle_limit physics.abduction_limit pushes.duration ddpg.actor_lr ddpg.critic_lr ddpg.batch_size
+    physics.ankle_limit physics.abduction_limit physics.gazebo.knee_position_gain physics.gazebo.knee_rate_max
+    physics.gazebo.retraction_seconds pushes.duration ddpg.actor_lr ddpg.critic_lr ddpg.batch_size
     ddpg.replay_capacity ddpg.noise_spread ddpg.policy_delay train.walkers train.footsteps train.window_ticks
     train.episode_seconds train.windows_per_report train.evaluations train.finalists
     train.divergence_events
@@ -91,6 +92,11 @@ _NOT_NEGATIVE = """
     ddpg.updates_per_footstep ddpg.noise_start ddpg.noise_end ddpg.weight_decay ddpg.max_grad_norm
     ddpg.target_noise ddpg.target_noise_clip train.checkpoint_seconds train.divergence_limit
 """.split()
+_NOT_NEGATIVE += [
+    f"physics.gazebo.{joint}.{gain.name}"
+    for joint in ("hip", "knee", "ankle", "abduction")
+    for gain in dataclasses.fields(PidConfig)
+]
 _BELOW_ONE = ["ddpg.gamma", "pushes.impulse_least", "train.height_spread", "train.mass_spread"]  # 0 <= x < 1
 
 
@@ -152,6 +158,12 @@ def check(config: Config) -> None:
         "physics.contact-timeconst",
         physics.contact_timeconst,
         f"at least two time steps, {2 * physics.timestep:g} s",
+    )
+    _require(
+        physics.drives != "gazebo" or gait.toe_off_latched,
+        "physics.drives",
+        physics.drives,
+        "servo, or --gait.toe-off-latched too: an effort is set once",
     )
     distinct = bool(config.observation) and len(set(config.observation)) == len(config.observation)
     _require(distinct, "observation", config.observation, "one quantity or more, each once")

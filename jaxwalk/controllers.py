@@ -104,10 +104,12 @@ def toe_off_torque(
 ) -> Float[Array, ""]:
     """Ankle torque of toe-off, N m, plantarflexion positive, never negative.
 
-    ``paper``: eqs 14-22. The speed to restore, dv = v_desire - v, is an angular one of
-    da' = dv / (l cos a) for the trailing leg; giving it to the leg within ``toe_off_duration``
-    while the torso stays upright takes tau = tau_c + (J_torso + J_leg) da' / dt.
-    ``linear``: gain (v_ref - v): the same line with tuned constants, since the rigid
+    Both restore dv = v_ref - v, v_ref being ``toe_off_speed`` for each m/s of v_desire: v is that of the
+    touch-down, when the torso is faster than on the mean of a step.
+    ``paper``: eqs 14-22. For the trailing leg dv is an angular speed of da' = dv / (l cos a); giving it
+    to the leg within ``toe_off_duration`` while the torso stays upright takes
+    tau = tau_c + (J_torso + J_leg) da' / dt.
+    ``linear``: gain dv: the same line with tuned constants, since the rigid
     legs of the paper's model leave out what the landing itself absorbs.
 
     Args:
@@ -115,11 +117,11 @@ def toe_off_torque(
       angle: of the trailing leg from the vertical, rad.
       knee: flexion of the trailing leg, rad.
     """
+    lost = config.toe_off_speed * config.speed_desired - speed
     if config.toe_off_form == "paper":
-        rate = (config.speed_desired - speed) / (jnp.cos(angle) * leg)
+        rate = lost / (jnp.cos(angle) * leg)
         inertia = inertias.torso + leg_inertia(inertias.leg_mass, leg / 2, knee)
         return jnp.maximum(inertias.damping * rate + inertia * rate / config.toe_off_duration, 0.0)
-    lost = config.toe_off_speed * config.speed_desired - speed
     return jnp.maximum(config.toe_off_gain * lost, 0.0)
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import jax
 import jax.numpy as jnp
-from jax.sharding import AxisType, Mesh, PartitionSpec
+from jax.sharding import AxisType, Mesh, NamedSharding, PartitionSpec
 
 AXIS = "walkers"
 
@@ -60,3 +61,30 @@ def spread(function: Callable[..., Any], mesh: Mesh, split: tuple[bool, ...]) ->
         function, mesh=mesh, in_specs=specs, out_specs=PartitionSpec(AXIS), check_vma=False
     )
     return jax.jit(mapped, donate_argnums=len(split) - 1)
+
+
+def alike(function: Callable[..., Any], mesh: Mesh, split: tuple[bool, ...]) -> Callable[..., Any]:
+    """As `spread`, but each device runs the program that a single one would.
+
+    So a walk is the same, bit for bit, on any number of devices: a program that is partitioned for several
+    rounds otherwise. It costs a compilation for each device.
+    """
+    program = jax.jit(function, donate_argnums=len(split) - 1)
+    rows, whole = NamedSharding(mesh, PartitionSpec(AXIS)), NamedSharding(mesh, PartitionSpec())
+
+    def run(*arguments: Any) -> Any:
+        placed = [jax.device_put(x, rows if one else whole) for x, one in zip(arguments, split, strict=True)]
+        leaves, tree = jax.tree.flatten(placed)
+        shards = [{shard.device: shard.data for shard in leaf.addressable_shards} for leaf in leaves]
+        # On a CPU a program runs in the thread that calls it.
+        with ThreadPoolExecutor(mesh.size) as threads:
+            mine = ([shard[device] for shard in shards] for device in mesh.devices.flat)
+            done = list(threads.map(lambda leaves: program(*jax.tree.unflatten(tree, leaves)), mine))
+
+        def joined(*parts: Any) -> Any:
+            shape = (len(parts) * parts[0].shape[0], *parts[0].shape[1:])
+            return jax.make_array_from_single_device_arrays(shape, rows, parts)
+
+        return jax.tree.map(joined, *done)
+
+    return run

@@ -182,22 +182,20 @@ def advance(
     physics: PhysicsConfig,
     model: mjx.Model,
     plant: Plant,
-    command: Float[Array, "6"],
+    control: Float[Array, "A"],
     push: Float[Array, "7 2"],
 ) -> tuple[mjx.Model, mjx.Data]:
     """One tick, with all that MJX knows of it.
 
     Args:
-      command, push: as for `step`.
+      control, push: as for `step`.
 
     Returns:
       The model that the tick was made with (`_saturated`), and the data after it: positions and
       velocities are those of the tick's end, forces and sensors those of its start.
     """
     data = _constants(_template_on_host(config, physics))
-    where = layout(config)
-    control = where.control(command)
-    model = _saturated(where, model, plant, control)
+    model = _saturated(layout(config), model, plant, control)
     nought = jnp.zeros(len(mjcf.SEGMENTS))
     wrench = jnp.stack([push[:, 0], nought, nought, nought, push[:, 1], nought], axis=1)
     data = data.replace(
@@ -221,14 +219,15 @@ def step(
     physics: PhysicsConfig,
     model: mjx.Model,
     plant: Plant,
-    command: Float[Array, "6"],
+    control: Float[Array, "A"],
     push: Float[Array, "7 2"],
 ) -> tuple[Plant, Readings]:
     """One tick.
 
     Args:
-      command: [6] hip rate (rad/s), knee angle (rad), ankle torque (N m); left, then right.
+      control: [A] of each actuator. Servos: hip rate (rad/s), knee angle (rad), ankle torque (N m); left,
+        then right, then what the layout has beyond (see `Layout.control`). Gazebo's drives: torques, N m.
       push: [7, 2] forward force (N) and pitching moment (N m) at each segment's centre of mass.
     """
-    _, data = advance(config, physics, model, plant, command, push)
+    _, data = advance(config, physics, model, plant, control, push)
     return outcome(config, data)

@@ -261,26 +261,33 @@ class Runner:
       task: what is decided.
       act: the policy on one observation; ``run``'s ``params`` are passed to it.
       batch: trials advanced together; rounded up to whole blocks for each of the devices. On a CPU
-        trials are the same, bit for bit, in a batch of any size (not on another number of devices).
+        trials are the same, bit for bit, in a batch of any size.
       mesh: of the devices; default all. ``params`` that live on devices must live on these.
+      spread: how programs are put on them: `devices.spread`, or `devices.alike` for trials that are the
+        same, bit for bit, on any number of devices, too.
 
     Attributes:
       begin: the program (numbers, scenarios [batch]) -> trials [batch] at their start.
       advance: the program (params, profile, windows, trials [batch]) -> trials, in the same memory.
     """
 
-    def __init__(self, task: Task, act: Act, batch: int, mesh: Mesh | None = None) -> None:
+    def __init__(
+        self,
+        task: Task,
+        act: Act,
+        batch: int,
+        mesh: Mesh | None = None,
+        spread: Callable[..., Callable[..., Any]] = devices.spread,
+    ) -> None:
         mesh = devices.mesh() if mesh is None else mesh
         # A trial ends by falling or when it is over, never by an episode's time limit.
         self.task = task = dataclasses.replace(task, episode_ticks=pushes.NEVER)
         whole = mesh.size * devices.granularity()
         self.batch = -(-batch // whole) * whole
         self._window_seconds = task.setup.timestep * task.setup.window_ticks
-        self.begin = devices.spread(
-            lambda n, s: devices.each(partial(begin, task, n), s), mesh, (False, True)
-        )
+        self.begin = spread(lambda n, s: devices.each(partial(begin, task, n), s), mesh, (False, True))
         each = partial(advance, task, act)
-        self.advance = devices.spread(
+        self.advance = spread(
             lambda p, f, w, t: devices.each(lambda one: each(p, f, w, one), t),
             mesh,
             (False, False, False, True),

@@ -10,7 +10,18 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 from mujoco import mjx
 
-from jaxwalk import back_step, burdens, c_mujoco, controllers, gait, kinematics, physics, pushes, sensors
+from jaxwalk import (
+    back_step,
+    burdens,
+    c_mujoco,
+    controllers,
+    drives,
+    gait,
+    kinematics,
+    physics,
+    pushes,
+    sensors,
+)
 from jaxwalk import body as body_lib
 from jaxwalk.burdens import Burden
 from jaxwalk.config import BodyConfig, Config, Engine, GaitConfig, PhysicsConfig, SensorConfig
@@ -70,6 +81,7 @@ class Walker:
       key: of its noise.
       tick: ticks lived.
       walls: [2] normal force of the left and the right wall in the last tick, N; None in the plane.
+      drives: what Gazebo's drives remember; None with servos.
     """
 
     person: Person
@@ -81,6 +93,7 @@ class Walker:
     key: PRNGKeyArray
     tick: Int[Array, ""]
     walls: Float[Array, "2"] | None = None
+    drives: drives.Drives | None = None
 
 
 @struct.dataclass
@@ -189,7 +202,8 @@ def start(
         toe_off_seconds=seconds,
     )
     walls = jnp.zeros(2) if where.walls else None
-    return Walker(who, plant, state, estimate, clock, pushes.none(), key, jnp.int32(0), walls)
+    motors = drives.start(where) if setup.physics.drives == "gazebo" else None
+    return Walker(who, plant, state, estimate, clock, pushes.none(), key, jnp.int32(0), walls, motors)
 
 
 def _toe_off(
@@ -227,24 +241,37 @@ def has_fallen(setup: Setup, walker: Walker) -> Bool[Array, ""]:
 
 
 def move(
-    setup: Setup, model: Model, plant: physics.Plant, command: Float[Array, "6"], push: Float[Array, "7 2"]
+    setup: Setup, model: Model, plant: physics.Plant, control: Float[Array, "A"], push: Float[Array, "7 2"]
 ) -> tuple[physics.Plant, physics.Readings]:
     """One tick of the plant alone, by ``setup``'s engine (see `physics.step`)."""
     if isinstance(model, Person):
-        return c_mujoco.step(setup.body, setup.physics, model.ratio, plant, command, push, model.burden)
-    return physics.step(setup.body, setup.physics, model, plant, command, push)
+        return c_mujoco.step(setup.body, setup.physics, model.ratio, plant, control, push, model.burden)
+    return physics.step(setup.body, setup.physics, model, plant, control, push)
 
 
-def drive(setup: Setup, walker: Walker) -> tuple[Float[Array, "6"], Float[Array, "7 2"]]:
-    """What acts on the plant in the coming tick: the controllers' command, and the loads (see `move`)."""
-    who = walker.person
+def drive(setup: Setup, walker: Walker) -> tuple[Walker, Float[Array, "A"], Float[Array, "7 2"]]:
+    """The walker with its drives told, and what acts on its plant in the coming tick: control and loads."""
+    who, where = walker.person, physics.layout(setup.body)
     command = controllers.command(who.gait, skeleton(setup, who), walker.gait, walker.estimate)
     push = pushes.met(walker.push, walker.tick, walker.gait.stance)
     loads = pushes.loads(push, walker.tick, walker.plant.qpos[2])
     if who.burden is not None:
         torso = _reference_body(setup).torso.mass * who.ratio.mass
         loads = loads.at[0].set(burdens.felt(who.burden, torso, loads[0], walker.plant.qpos[2]))
-    return command, loads
+    if walker.drives is None:
+        return walker, where.control(command), loads
+    motors, torques = drives.tick(
+        setup.physics,
+        where,
+        who.ratio,
+        who.gait,
+        walker.gait,
+        body_lib.about_joint(_reference_body(setup).foot) * who.ratio.inertia,
+        walker.drives,
+        command,
+        walker.plant,
+    )
+    return walker.replace(drives=motors), torques, loads
 
 
 def noise(walker: Walker, ticks: int) -> Float[Array, "{ticks} 18"]:
@@ -265,8 +292,8 @@ def tick(
     Args:
       white: this tick's row of `noise`, if it was drawn ahead.
     """
-    command, loads = drive(setup, walker)
-    plant, readings = move(setup, model, walker.plant, command, loads)
+    walker, control, loads = drive(setup, walker)
+    plant, readings = move(setup, model, walker.plant, control, loads)
     return moved(setup, walker, plant, readings, noise(walker, 1)[0] if white is None else white)
 
 

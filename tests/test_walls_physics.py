@@ -52,7 +52,7 @@ def replayed(walked):
         model = walker.model(IN_MJX, walker.person(CONFIG.gait, height, mass))
 
         def tick(plant, command):
-            told = walker.move(IN_MJX, model, plant, command, jnp.zeros((7, 2)))
+            told = walker.move(IN_MJX, model, plant, mjcf.WALLS.control(command), jnp.zeros((7, 2)))
             return told[0], told
 
         return jax.lax.scan(tick, plant, commands)[1]

@@ -112,18 +112,21 @@ def measure(
     bare, bare_cost = build(BARE, stepped, steppers.walker, commands)
 
     mapper = subjects.load(subjects.SHIPPED)
-    runner = Runner(Task.of(mapper.config), mapper.act, config.train.walkers, mesh)
+    runner = Runner(Task.of(mapper.config), mapper.act, config.train.walkers, mesh, devices.alike)
     nobody = np.zeros(config.train.walkers, np.float32)
     starts = scenarios.batch(mapper.config, nobody, nobody, keys)
     profile = Profile(jnp.zeros(BINS), jnp.float32(0.6))
     trials = runner.begin(mapper.config.gait, starts)
     told = (mapper.params, profile, jnp.int32(count))
-    further, map_cost = build(MAP, runner.advance, *told, trials)
+    tell(f"compiling {MAP}")  # and its first call, short beside that: a program for each device
+    begun, before = time.perf_counter(), hits.count
+    trials = jax.block_until_ready(runner.advance(*told, trials))
+    map_cost = time.perf_counter() - begun, hits.count > before
 
     state = loop.init(config, mesh, seed)
     advance, loop_cost = build(LOOP, loop.make(config, mesh), state)
     for _ in range(SETTLE_CALLS):
-        trials = further(*told, trials)
+        trials = runner.advance(*told, trials)
     tell("filling the replay")
     while float(state.learner.updates) == 0:
         state = advance(state)
@@ -138,7 +141,7 @@ def measure(
     def run_map() -> tuple[float, float]:
         nonlocal trials
         before = float(np.sum(trials.touchdowns))
-        trials = jax.block_until_ready(further(*told, trials))
+        trials = jax.block_until_ready(runner.advance(*told, trials))
         return float(np.sum(trials.touchdowns)) - before, 0.0
 
     def run_loop() -> tuple[float, float]:

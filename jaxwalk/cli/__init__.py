@@ -25,6 +25,7 @@ _COMMANDS = {
     "generalise": "other bodies, loads, floors, sensors and speeds, the policy frozen",
     "gait": "a gait report: joints, forces and powers over the stride, beside people's",
     "report": "all of a policy's results as one page that stands alone",
+    "paper": "every claim of the paper, measured, with a verdict by a stated rule",
     "export": "write a policy for other runtimes: safetensors, npz, ONNX, StableHLO, C; or a page to watch",
     "render": "draw a policy's walk as mp4, gif or png",
     "view": "watch a policy walk in MuJoCo's viewer, and push it by the keyboard",

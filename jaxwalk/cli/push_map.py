@@ -36,8 +36,8 @@ class PushMapArgs:
     replicas: int = 8
     """Walkers for each combination."""
     chunk: int = 512
-    """Trials in one program: what bounds the memory. Pushes, starts and noise do not depend on it, nor on the
-    number of devices; programs of other sizes round otherwise, which can turn a trial on the brink."""
+    """Trials in one program: what bounds the memory. The map does not depend on it, nor on how many devices
+    there are (on a GPU programs of other sizes round otherwise, which can turn a trial on the brink)."""
     model: OptionalModel = None
     engine: Engine = "mjx"
     """What moves the walkers: mjx, or mujoco (C MuJoCo in doubles, solved to convergence)."""

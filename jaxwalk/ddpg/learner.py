@@ -82,6 +82,8 @@ def init(
 ) -> LearnerState:
     """A learner whose actor answers close to ``initial_action`` (A numbers) everywhere.
 
+    With ``config.start`` random it answers close to one that ``key`` draws instead.
+
     Compiled (all but ``key`` static) it takes a fraction of the time.
 
     Raises:
@@ -89,6 +91,8 @@ def init(
     """
     actor_key, critic_key = jax.random.split(key)
     actor = networks.init_actor(config.hidden, actor_key, observation_size, initial_action)
+    if config.start == "random":
+        actor = networks.random_start(actor, jax.random.fold_in(actor_key, 1))
     inputs = jnp.zeros((observation_size,)), jnp.zeros((len(initial_action),))
     critic = _critics(config, members=2 if config.twin else 1).init(critic_key, *inputs)["params"]
     return LearnerState(

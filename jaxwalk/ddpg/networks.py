@@ -12,6 +12,7 @@ from jaxtyping import Array, Float, PRNGKeyArray
 
 Params = dict[str, Any]  # nested: {layer: {"kernel": [in, out], "bias": [out], ...}}
 
+_RANDOM_BOUND = 0.95  # largest action of a random start: at 1 tanh would not learn any more
 _OUTPUT_BOUND = 3e-3  # half-width of the uniform start of output layers (Lillicrap)
 # Uniform within 1 / sqrt(fan-in), Lillicrap's start of hidden layers.
 _hidden_init = nn.initializers.variance_scaling(1.0 / 3.0, "fan_in", "uniform")
@@ -94,3 +95,10 @@ def init_actor(
     params = actor.init(key, jnp.zeros((observation_size,)))["params"]
     bias = jnp.arctanh(jnp.asarray(initial_action, jnp.float32))
     return {**params, "output": {**params["output"], "bias": bias}}
+
+
+def random_start(params: Params, key: PRNGKeyArray) -> Params:
+    """An actor's parameters, but that its output starts close to an action drawn uniformly from the range."""
+    bias = params["output"]["bias"]
+    action = jax.random.uniform(key, bias.shape, bias.dtype, -_RANDOM_BOUND, _RANDOM_BOUND)
+    return {**params, "output": {**params["output"], "bias": jnp.arctanh(action)}}

@@ -39,11 +39,11 @@ def toe_off_torque(who: Person, speed: np.float32, angle: np.float32, knee: np.f
       speed: of the torso, m/s. angle: of the trailing leg from the vertical, rad. knee: its flexion, rad.
     """
     numbers = who.gait
+    lost = numbers.toe_off_speed * numbers.speed_desired - speed
     if numbers.toe_off_form == "paper":
-        rate = (numbers.speed_desired - speed) / (np.cos(angle) * who.leg)
+        rate = lost / (np.cos(angle) * who.leg)
         inertia = who.torso_inertia + leg_inertia(who.half_leg, who.leg / 2, knee)
         return max(who.ankle_damping * rate + inertia * rate / numbers.toe_off_duration, _ZERO)
-    lost = numbers.toe_off_speed * numbers.speed_desired - speed
     return max(numbers.toe_off_gain * lost, _ZERO)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
@@ -101,7 +102,8 @@ def walk(
       keep: the instruments and commands too.
     """
     begun = jax.device_get(start(config, jax.random.key(seed)).replace(key=None))
-    model = physics.compile_mujoco(config.body, c_mujoco.converged(config.physics))
+    moved_by = dataclasses.replace(config.physics, drives="servo")  # which is what the command is for
+    model = physics.compile_mujoco(config.body, c_mujoco.converged(moved_by))
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = begun.plant.qpos, begun.plant.qvel

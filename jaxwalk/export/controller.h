@@ -163,15 +163,16 @@ static inline void jaxwalk_back_swing(const struct jaxwalk *w, float *rate, floa
 /* controllers */
 static inline void jaxwalk_toe_off(const struct jaxwalk *w, int trailing, float *torque, float *seconds) {
     const float angle = w->thigh[trailing], knee = w->now.joints[trailing][1], limit = w->n.ankle_limit;
+    const float lost = w->n.toe_off_speed * w->n.speed_desired - w->now.velocity;
     float wanted, lasts;
     if (JAXWALK_TOE_OFF_PAPER) {
         const float half = w->leg / 2.0f, c = half * cosf(knee) + half / 2.0f, s = half * sinf(knee);
         const float inertia = w->n.torso_inertia +
                               w->n.half_leg * (half * half / 12.0f + (s * s + c * c) + half * half / 3.0f);
-        const float rate = (w->n.speed_desired - w->now.velocity) / (cosf(angle) * w->leg);
+        const float rate = lost / (cosf(angle) * w->leg);
         wanted = w->n.ankle_damping * rate + inertia * rate / w->n.toe_off_duration;
     } else {
-        wanted = w->n.toe_off_gain * (w->n.toe_off_speed * w->n.speed_desired - w->now.velocity);
+        wanted = w->n.toe_off_gain * lost;
     }
     wanted = fmaxf(wanted, 0.0f);
     /* After a step back the leg that would push is ahead, and would push further back. */

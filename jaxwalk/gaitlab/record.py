@@ -45,8 +45,8 @@ class Ticks:
 def tick(task: Task, model: mjx.Model, state: Stepper) -> tuple[Stepper, Ticks]:
     """The tick that `stepper.tick` makes, and what is written down of it; the plant moves once."""
     setup, body = task.setup, state.walker
-    command, push = walker.drive(setup, body)
-    made_with, data = physics.advance(setup.body, setup.physics, model, body.plant, command, push)
+    body, control, push = walker.drive(setup, body)
+    made_with, data = physics.advance(setup.body, setup.physics, model, body.plant, control, push)
     white = walker.noise(body, 1)[0]
     plant, readings = physics.outcome(setup.body, data)
     after = stepper.moved(task, state, *walker.moved(setup, body, plant, readings, white))

@@ -207,14 +207,27 @@ def actuator(spec: mujoco.MjSpec, joint: str, limit: float, gain: float, bias: t
     )
 
 
+def effort(spec: mujoco.MjSpec, joint: str, limit: float) -> None:
+    """On ``joint``: the torque that it is told, within +-``limit`` N m."""
+    actuator(spec, joint, limit, 1.0, (0.0, 0.0))
+
+
 def servos(spec: mujoco.MjSpec, side: str, scale: Similarity, physics: PhysicsConfig) -> None:
-    """Hip velocity servo, knee position servo, ankle effort."""
+    """Hip velocity servo, knee position servo, ankle effort; an effort each where a PID moves them."""
+    if physics.drives == "gazebo":
+        for joint, limit in (
+            ("hip", physics.hip_limit),
+            ("knee", physics.knee_limit),
+            ("ankle", physics.ankle_limit),
+        ):
+            effort(spec, f"{joint}_{side}", limit * scale.torque)
+        return
     hip = physics.hip_gain * scale.rotational_damping
     kp = physics.knee_stiffness * scale.torque
     kv = physics.knee_damping * scale.rotational_damping
     actuator(spec, f"hip_{side}", physics.hip_limit * scale.torque, hip, (0.0, -hip))
     actuator(spec, f"knee_{side}", physics.knee_limit * scale.torque, kp, (-kp, -kv))
-    actuator(spec, f"ankle_{side}", physics.ankle_limit * scale.torque, 1.0, (0.0, 0.0))
+    effort(spec, f"ankle_{side}", physics.ankle_limit * scale.torque)
 
 
 def instruments(spec: mujoco.MjSpec) -> None:

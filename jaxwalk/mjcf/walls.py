@@ -58,6 +58,9 @@ def build(body: Body, physics: PhysicsConfig) -> mujoco.MjSpec:
 
 def _hold(spec: mujoco.MjSpec, side: str, scale: Similarity, physics: PhysicsConfig) -> None:
     """The velocity PID of hip y, told to stand still: the integral of its rate's error is its angle."""
+    if physics.drives == "gazebo":
+        parts.effort(spec, f"abduction_{side}", physics.abduction_limit * scale.torque)
+        return
     proportional = physics.abduction_gain * scale.rotational_damping
     integral = physics.abduction_integral * scale.torque
     limit = physics.abduction_limit * scale.torque

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from jaxwalk import evaluate, pushes, scenarios
+from jaxwalk import devices, evaluate, pushes, scenarios
 from jaxwalk.config import Engine
 from jaxwalk.errors import UserError
 from jaxwalk.pushmap.table import Table
@@ -44,7 +44,8 @@ def run(
     grid, config = table.grid, subject.config
     missing = np.flatnonzero(~table.done)
     chunks = max(1, -(-len(missing) // chunk))  # of equal size: filling up the last one is wasted work
-    runner = Runner(Task.of(config, engine), subject.act, max(1, -(-len(missing) // chunks)))
+    batch = max(1, -(-len(missing) // chunks))
+    runner = Runner(Task.of(config, engine), subject.act, batch, spread=devices.alike)
     follow = partial(runner.run, subject.params, config.gait)
     none = np.zeros(CALM, np.float32)
     calm = scenarios.batch(config, none, none, scenarios.keys(grid.seed, scenarios.CALM, CALM))

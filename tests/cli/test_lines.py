@@ -15,6 +15,7 @@ from jaxwalk.cli.compare import CompareArgs
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.cli.gait import GaitArgs
 from jaxwalk.cli.generalise import GeneraliseArgs
+from jaxwalk.cli.paper import PaperArgs
 from jaxwalk.cli.parse import parse
 from jaxwalk.cli.push_map import PushMapArgs
 from jaxwalk.cli.report import ReportArgs
@@ -36,6 +37,7 @@ CASES = [
     ("gait", GaitArgs("shipped", Path("g"), seconds=6.5)),
     ("bench", BenchArgs(walkers=3)),
     ("report", ReportArgs("shipped", Path("r.html"), quick=True, parts=("gait", "bench"))),
+    ("paper", PaperArgs(Path("p"), policy="fixed", only=("speed", "loads"), trained=Path("docs/paper"))),
 ]
 
 

@@ -31,6 +31,21 @@ def test_actor_starts_at_the_initial_action():
     np.testing.assert_allclose(action, np.broadcast_to(initial, (100, 2)), atol=0.02)
 
 
+def test_random_start_is_drawn_by_the_seed_from_the_whole_range():
+    config = DDPGConfig(hidden=(8,), start="random")
+    observation = jax.random.normal(jax.random.key(4), (5, 4))
+    draw = jax.jit(
+        jax.vmap(lambda key: learner.act(config, learner.init(config, key, 4, (0.4, -0.8)), observation))
+    )
+    first = np.asarray(draw(jax.random.split(jax.random.key(0), 64)))
+    np.testing.assert_allclose(
+        first, np.broadcast_to(first[:, :1], first.shape), atol=0.02
+    )  # everywhere alike
+    starts = first[:, 0]
+    assert (starts.min(0) < -0.8).all() and (starts.max(0) > 0.8).all() and (np.abs(starts) < 0.97).all()
+    assert (np.abs(starts.mean(0)) < 0.25).all()
+
+
 def test_initial_action_out_of_reach():
     with pytest.raises(ValueError, match="tanh"):
         networks.init_actor((8,), jax.random.key(0), 2, (1.0,))

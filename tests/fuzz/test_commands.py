@@ -19,6 +19,7 @@ ONE_LINE = {
     "map": (["push-map", "shipped", "--out", "map"], "map/map.npz"),
     "gait": (["gait", "shipped", "--out", "gait"], "gait/gait.json"),
     "report": (["report", "shipped", "--out", "r.html", "--results", "all"], "all/evaluate/evaluate.json"),
+    "paper": (["paper", "--out", "paper"], "paper/paper.json"),
 }  # fmt: skip
 
 

@@ -296,7 +296,7 @@ def edited(**changes):
         (edited(format=2), "has format 2, this version reads 1"),
         (edited(made_by="gait"), "was made by jaxwalk gait"),
         (edited(policy_digest="0" * 64), "is of another policy or configuration than shipped"),
-        (edited(config={}), "is of another policy or configuration than shipped"),
+        (edited(config={"gait": {"speed_desired": 2}}), "of another policy or configuration than shipped"),
         (edited(options={"policy": "shipped", "colour": "red"}), "unknown field colour"),
         (edited(maps=[]), "is no result of jaxwalk push-map (IndexError"),
         (edited(versions="many"), "is no result of jaxwalk push-map (AttributeError"),
