@@ -119,7 +119,7 @@ def members(content: bytes, most: int) -> dict[str, bytes]:
 
 def _unpacked(file: zipfile.ZipFile, told: zipfile.ZipInfo) -> bytes:
     if told.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-        raise NotImplementedError
+        raise zipfile.BadZipFile
     with file.open(told) as part:
         found = part.read(told.file_size)  # never more, whatever is packed there
     if len(found) != told.file_size:

@@ -7,6 +7,7 @@ import io
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +37,7 @@ def main(args: PaperArgs) -> None:
     Store(args, subject, {})  # what is wrong with the one that is there is said before hours of training
     files.make_folder("--out", args.out)
     if args.retrain:
-        tell = lambda line: console.print(line, highlight=False)  # noqa: E731
+        tell = partial(console.print, highlight=False)
         trainings.train(args.trainings, args.out / "runs", tuple(trainings.TRAININGS), tell)
     store = Store(args, subject, {name: _inputs(claim, args) for name, claim in claims.items()})
     for name in store.claims:

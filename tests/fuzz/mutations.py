@@ -93,14 +93,15 @@ def contents(content: bytes, other: bytes = b"") -> st.SearchStrategy[bytes]:
             before, middle, after = found[:place], found[place : place + span], found[place + span :]
             some = st.one_of(st.binary(min_size=1, max_size=8), st.sampled_from((b"\0" * 8, b"\xff" * 8)))
             what = draw(st.sampled_from(("put", "put", "insert", "delete", "repeat", "cut", "splice")))
+            fresh = draw(some)
             found = {
-                "put": lambda: before + draw(some) + after,  # noqa: B023
-                "insert": lambda: before + draw(some) + middle + after,  # noqa: B023
-                "delete": lambda: before + after,  # noqa: B023
-                "repeat": lambda: before + middle * 2 + after,  # noqa: B023
-                "cut": lambda: before,  # noqa: B023
-                "splice": lambda: before + other[place:],  # noqa: B023
-            }[what]()
+                "put": before + fresh + after,
+                "insert": before + fresh + middle + after,
+                "delete": before + after,
+                "repeat": before + middle * 2 + after,
+                "cut": before,
+                "splice": before + other[place:],
+            }[what]
         return found
 
     return changed()
