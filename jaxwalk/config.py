@@ -86,11 +86,11 @@ class PhysicsConfig:
     timestep: float = 0.002
     """Length of one tick, s."""
     iterations: int = 3
-    """Newton iterations a tick, at most."""
+    """Newton iterations a tick; of MuJoCo's own solver, at most."""
     ls_iterations: int = 5
-    """Line-search iterations within each Newton iteration, at most."""
+    """Line-search iterations of MuJoCo's own solver, at most (ours searches exactly)."""
     tolerance: float = 1e-6
-    """The solver stops early when its scaled improvement falls below this."""
+    """MuJoCo's own solver stops early when its scaled improvement falls below this."""
     contact_timeconst: float = 0.006
     """Time constant of contacts (MuJoCo solref[0]), s; at least two ticks."""
     friction: float = 0.9

@@ -18,7 +18,7 @@ from jaxtyping import Array, Float
 from mujoco import mjx
 
 from jaxwalk import body as body_lib
-from jaxwalk import mjcf
+from jaxwalk import dynamics, mjcf
 from jaxwalk.config import BodyConfig, PhysicsConfig
 from jaxwalk.mjcf import Layout
 from jaxwalk.similarity import Similarity
@@ -205,7 +205,7 @@ def advance(
         ctrl=control,
         xfrc_applied=jnp.concatenate([jnp.zeros((1, 6)), wrench]),  # nobody pushes the world
     )
-    return model, mjx.step(model, data)
+    return model, dynamics.step(model, data, physics.iterations)
 
 
 def outcome(config: BodyConfig, data: mjx.Data) -> tuple[Plant, Readings]:

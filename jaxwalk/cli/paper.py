@@ -16,7 +16,7 @@ from jaxwalk.errors import UserError
 
 Name = Literal[
     "speed", "filters", "pushes", "pitch", "steps", "phases", "trade", "state", "rates", "start", "loads",
-    "controllers",
+    "controllers", "bodies",
 ]  # fmt: skip
 """Claims, in their order on the page."""
 NAMES: tuple[Name, ...] = get_args(Name)

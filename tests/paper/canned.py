@@ -145,10 +145,19 @@ def controllers(sign):
     return {"torque": 80.0, "rows": rows}
 
 
+def bodies(sign):
+    speed = {1: about(1.02, 0.01), -1: about(1.3, 0.01), 0: about(1.1, 0.02)}[sign]
+    return {
+        "speed": speed, "length": about(0.45, 0.01), "duration": about(0.44, 0.01),
+        "threshold": {"forward": 30.0, "backward": 60.0},
+        "rows": [{"impulse": i, **shares(1)} for i in (-60.0, -40.0, 30.0)],
+    }  # fmt: skip
+
+
 NUMBERS = {
     "speed": speed, "filters": filters, "pushes": pushes, "pitch": pitch, "steps": steps, "phases": phases,
     "trade": trade, "state": state, "rates": rates, "start": start, "loads": loads,
-    "controllers": controllers,
+    "controllers": controllers, "bodies": bodies,
 }  # fmt: skip
 
 

@@ -118,7 +118,7 @@ def test_what_is_measured_is_kept_when_it_is_interrupted_and_used_again(
     assert paper(tmp_path) == 0
     assert {name for name, _ in measured} == set(NAMES) - {"speed", "filters"}
     said = capsys.readouterr().out
-    assert "1 of 12: speed: used again, measured 20" in said and "3 of 12: pushes: measured in" in said
+    assert "1 of 13: speed: used again, measured 20" in said and "3 of 13: pushes: measured in" in said
     assert tuple(told(tmp_path)) == NAMES
 
 

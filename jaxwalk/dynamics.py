@@ -1,0 +1,57 @@
+"""One step of MJX's own dynamics, but for the equations that it solves.
+
+Kinematics, collisions, constraint rows, actuators and sensors are MJX's. Its solver and its integrator call
+LAPACK for every walker and try step lengths one after another; here `jaxwalk.newton` and `jaxwalk.spd` take
+their places, which solve the same equations for a batch at a time.
+"""
+
+from __future__ import annotations
+
+import jax.numpy as jnp
+from mujoco import mjx
+
+from jaxwalk import newton, spd
+
+
+def step(model: mjx.Model, data: mjx.Data, iterations: int) -> mjx.Data:
+    """What ``mjx.step`` does, for models of slides and hinges with pyramidal contacts, a dense Jacobian, and
+    ``implicitfast``.
+
+    Args:
+      iterations: of Newton's method.
+    """
+    data = mjx.sensor_pos(model, mjx.fwd_position(model, data))
+    data = mjx.sensor_vel(model, mjx.fwd_velocity(model, data))
+    data = _accelerated(model, mjx.fwd_actuation(model, data))
+    data = mjx.sensor_acc(model, _constrained(data, iterations))
+    return _integrated(model, data)
+
+
+def _accelerated(model: mjx.Model, data: mjx.Data) -> mjx.Data:
+    """With the acceleration that there would be without constraints."""
+    applied = data.qfrc_applied + mjx.xfrc_accumulate(model, data)
+    force = data.qfrc_passive - data.qfrc_bias + data.qfrc_actuator + applied
+    return data.replace(qfrc_smooth=force, qacc_smooth=spd.solve_one(data._impl.M, force))
+
+
+def _constrained(data: mjx.Data, iterations: int) -> mjx.Data:
+    known = data._impl
+    problem = newton.Problem(known.M, data.qacc_smooth, known.efc_J, known.efc_D, known.efc_aref)
+    acceleration, forces = newton.minimize(problem, data.qacc_warmstart, iterations)
+    return data.tree_replace(
+        {"qacc": acceleration, "qfrc_constraint": known.efc_J.T @ forces, "_impl.efc_force": forces}
+    )
+
+
+def _integrated(model: mjx.Model, data: mjx.Data) -> mjx.Data:
+    """``implicitfast``: forces that depend on velocity are taken as they will be at the step's end."""
+    seconds = model.opt.timestep
+    inertia = data._impl.M - seconds * mjx.deriv_smooth_vel(model, data)
+    acceleration = spd.solve_one(inertia, data.qfrc_smooth + data.qfrc_constraint)
+    qvel = data.qvel + seconds * acceleration
+    return data.replace(
+        qvel=qvel,
+        qpos=data.qpos + seconds * qvel,
+        qacc_warmstart=data.qacc,
+        time=jnp.asarray(data.time + seconds, data.time.dtype),
+    )
