@@ -87,7 +87,7 @@ def measure(
       folder: for checkpoints.
       tell: called with what is under way.
     """
-    mesh, task = devices.mesh(config.train.walkers), Task.of(config)
+    mesh, task = devices.mesh(loop.rings(config)), Task.of(config)
     count = config.train.windows_per_report
     ticks = count * task.setup.window_ticks
     hits = _Hits()
