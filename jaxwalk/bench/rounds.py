@@ -154,7 +154,7 @@ def measure(
 
     def run_saving() -> tuple[float, float]:
         now = Checkpoint(checkpoint.pack(state), {})
-        store.save(checkpoint.of_run(now, good, mesh.size))
+        store.save(checkpoint.of_run(now, good))
         made = run_loop()
         store.wait()
         return made
