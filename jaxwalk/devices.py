@@ -25,6 +25,17 @@ def mesh(walkers: int | None = None) -> Mesh:
     return jax.make_mesh((count,), (AXIS,), axis_types=(AxisType.Auto,), devices=jax.devices()[:count])
 
 
+def local(mesh: Mesh) -> Mesh:
+    """Those devices of ``mesh`` that are this process's own."""
+    own = [device for device in mesh.devices.flat if device.process_index == jax.process_index()]
+    return jax.make_mesh((len(own),), (AXIS,), axis_types=(AxisType.Auto,), devices=own)
+
+
+def here(tree: Any, mesh: Mesh) -> Any:
+    """What is the same on all of ``mesh``, on those of its devices that are this process's own."""
+    return jax.device_put(jax.device_get(tree), NamedSharding(local(mesh), PartitionSpec()))
+
+
 def granularity() -> int:
     """What a device's walkers are rounded up to, so that they make whole blocks."""
     return BLOCK if jax.default_backend() == "cpu" else 1

@@ -13,3 +13,7 @@ class UserError(Exception):
     def __init__(self, message: str) -> None:
         line = " ".join(message.split())
         super().__init__("".join(c if c.isprintable() else ascii(c)[1:-1] for c in line))
+
+
+class Agreed(UserError):
+    """One that all processes of a run come to, so that none waits for another."""

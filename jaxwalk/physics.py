@@ -92,13 +92,19 @@ def compile_mujoco(body: BodyConfig, physics: PhysicsConfig) -> mujoco.MjModel:
 @lru_cache(maxsize=16)
 def _reference_on_host(body: BodyConfig, physics: PhysicsConfig) -> mjx.Model:
     with jax.ensure_compile_time_eval():
-        return jax.tree.map(np.asarray, mjx.put_model(compile_mujoco(body, physics), impl="jax"))
+        model = mjx.put_model(compile_mujoco(body, physics), _own_device(), impl="jax")
+        return jax.tree.map(np.asarray, model)
 
 
 @lru_cache(maxsize=16)
 def _template_on_host(body: BodyConfig, physics: PhysicsConfig) -> mjx.Data:
     with jax.ensure_compile_time_eval():
-        return jax.tree.map(np.asarray, mjx.make_data(_reference(body, physics), impl="jax"))
+        return jax.tree.map(np.asarray, mjx.make_data(_reference(body, physics), _own_device(), impl="jax"))
+
+
+def _own_device() -> jax.Device:
+    """One that this process can read: MJX would take the first of all processes."""
+    return jax.local_devices()[0]
 
 
 def _constants(tree: T) -> T:

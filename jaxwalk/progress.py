@@ -27,15 +27,18 @@ class Progress:
     """Progress over a known number of footsteps, on standard output. A context manager.
 
     Time left is reckoned from the first update on, so that compiling does not count.
+
+    Args:
+      shown: whether anything is; not by a process that others tell the same.
     """
 
-    def __init__(self, total_footsteps: int) -> None:
-        self._total = total_footsteps
+    def __init__(self, total_footsteps: int, shown: bool = True) -> None:
+        self._total, self._shown = total_footsteps, shown
         self._first: tuple[float, int] | None = None
         self._printed = float("-inf")
         self._console = Console(file=sys.stdout)
         self._live: Live | None = None
-        if self._console.is_terminal:
+        if shown and self._console.is_terminal:
             self._bar = Bar(
                 BarColumn(), TaskProgressColumn(), TextColumn("{task.description}"), console=self._console
             )
@@ -61,6 +64,8 @@ class Progress:
           footsteps: gathered so far, all walkers together.
           metrics: a row as it goes to ``metrics.jsonl``; what is missing is not shown.
         """
+        if not self._shown:
+            return
         now = time.monotonic()
         done, figures = self._done(now, footsteps), _figures(metrics)
         if self._live:
@@ -74,7 +79,7 @@ class Progress:
         """A line that stays: an evaluation's result, a new best policy."""
         if self._live:
             self._console.print(text, markup=False, highlight=False)
-        else:
+        elif self._shown:
             print(text, flush=True)
 
     def _done(self, now: float, footsteps: int) -> str:

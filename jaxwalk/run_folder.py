@@ -36,33 +36,39 @@ _OURS = (CONFIG, METRICS, SUMMARY, POLICY, CHECKPOINTS, PICTURE, RESUME)
 
 
 class RunFolder:
-    """An open run folder, of one process at a time. Use it as a context manager, or ``close`` it.
+    """An open run folder, of one run at a time. Use it as a context manager, or ``close`` it.
+
+    Of a run's processes, the first one writes; in the others, all that writes does nothing.
 
     Attributes:
       path: the folder.
       policy, picture: where the best policy and the training curves belong.
       checkpoints: an existing folder for the policies at each evaluation.
       resume: where the training's own state belongs.
+      writes: whether this process is the one that does.
 
     Raises:
       UserError: another process has it open.
       OSError: it cannot be written.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, writes: bool = True) -> None:
         self.path = path
         self.policy = path / POLICY
         self.picture = path / PICTURE
         self.checkpoints = path / CHECKPOINTS
         self.resume = path / RESUME
+        self.writes = writes
+        self._purge: int | None = None
+        self._events: Any = None
+        if not self.writes:
+            return
         self._metrics = (path / METRICS).open("a")
         try:
             fcntl.flock(self._metrics, fcntl.LOCK_EX | fcntl.LOCK_NB)  # freed however the process ends
         except BlockingIOError:
             self._metrics.close()
             raise UserError(f"{path} is in use by another jaxwalk: wait until it has ended") from None
-        self._purge: int | None = None
-        self._events: Any = None
 
     @classmethod
     def create(cls, path: Path | None, config: Config, seed: int, command: str) -> RunFolder:
@@ -98,8 +104,12 @@ class RunFolder:
                 f"cannot write the run folder {path}: {error.strerror or error}; make it writable to resume"
             ) from error
 
+    def candidate(self, footsteps: int) -> Path:
+        """Where the policy of an evaluation is kept."""
+        return self.checkpoints / f"{footsteps:09d}.safetensors"
+
     def keep(self, count: int) -> list[dict[str, Any]]:
-        """Cut the metrics after ``count`` rows, and give these; TensorBoard forgets the same.
+        """The first ``count`` rows of the metrics, which are cut there; TensorBoard forgets the same.
 
         Raises:
           UserError: there are fewer, or one is damaged; nothing is cut then.
@@ -109,6 +119,8 @@ class RunFolder:
         if len(lines) < count:
             raise UserError(f"{file} has {len(lines)} lines, its checkpoint knows {count}: begin a new run")
         rows = _rows(file, lines[:count])
+        if not self.writes:
+            return rows
         last = max((row["footsteps"] for row in rows), default=-1)
         os.truncate(file, sum(len(line) + 1 for line in lines[:count]))
         self._purge = 1 + last
@@ -116,10 +128,13 @@ class RunFolder:
 
     def sync(self) -> None:
         """See that all metrics so far outlive a loss of power."""
-        os.fsync(self._metrics.fileno())
+        if self.writes:
+            os.fsync(self._metrics.fileno())
 
     def log(self, row: Mapping[str, Any]) -> None:
         """Append one line of scalars; ``row["footsteps"]`` is TensorBoard's step."""
+        if not self.writes:
+            return
         self._metrics.write(to_json(row) + "\n")
         self._metrics.flush()  # a killed run keeps every line
         if self._events is None:
@@ -132,13 +147,17 @@ class RunFolder:
 
     def write_summary(self, summary: Mapping[str, Any]) -> None:
         """Write ``summary.json``, whole or not at all."""
-        write_json(self.path / SUMMARY, summary)
+        if self.writes:
+            write_json(self.path / SUMMARY, summary)
 
     def drop_summary(self) -> None:
         """The run goes on: what was summed up when it stopped holds no more."""
-        (self.path / SUMMARY).unlink(missing_ok=True)
+        if self.writes:
+            (self.path / SUMMARY).unlink(missing_ok=True)
 
     def close(self) -> None:
+        if not self.writes:
+            return
         try:
             self._metrics.close()
         finally:

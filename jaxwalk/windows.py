@@ -8,18 +8,19 @@ touch-down inside a window is answered at its end, before early swing needs the 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import jax
 import jax.numpy as jnp
 from flax import struct
-from jaxtyping import Array, Bool, Float, PRNGKeyArray
+from jaxtyping import Array, Bool, Float, Key, PRNGKeyArray
 
 from jaxwalk import devices, pushes, stepper, walker
 from jaxwalk.config import REFERENCE_HEIGHT, Config, GaitConfig
 from jaxwalk.errors import UserError
 from jaxwalk.stepper import Footsteps, Stepper, Task
 
-Act = Callable[[Float[Array, "B O"], PRNGKeyArray], Float[Array, "B 2"]]
+Act = Callable[[Float[Array, "B O"], Key[Array, " B"]], Float[Array, "B 2"]]
 
 
 @struct.dataclass
@@ -86,9 +87,13 @@ def draw_push(config: Config, state: Stepper, key: PRNGKeyArray) -> pushes.Push:
     return pushes.of_impulse(impulse, begin, settings.duration, config.physics.timestep, height)
 
 
-def renew(config: Config, task: Task, states: Stepper, key: PRNGKeyArray) -> Stepper:
-    """Between windows: of B walkers, whoever is done starts anew, whoever's push is over gets the next."""
-    keys = jax.random.split(key, (2, states.asked.shape[0]))
+def renew(config: Config, task: Task, states: Stepper, keys: Key[Array, " B"]) -> Stepper:
+    """Between windows: of B walkers, whoever is done starts anew, whoever's push is over gets the next.
+
+    Args:
+      keys: [B], each walker's own.
+    """
+    push_keys, spawn_keys = jnp.unstack(jax.vmap(jax.random.split)(keys), axis=1)
 
     def pushed(state: Stepper, key: PRNGKeyArray) -> Stepper:
         push = state.walker.push
@@ -97,10 +102,10 @@ def renew(config: Config, task: Task, states: Stepper, key: PRNGKeyArray) -> Ste
         return state.replace(walker=state.walker.replace(push=push))
 
     def anew(states: Stepper) -> Stepper:
-        fresh = jax.vmap(lambda key: spawn(config, task, key))(keys[1])
+        fresh = jax.vmap(partial(spawn, config, task))(spawn_keys)
         return jax.vmap(stepper.select)(states.done, fresh, states)
 
-    states = jax.vmap(pushed)(states, keys[0])
+    states = jax.vmap(pushed)(states, push_keys)
     # In most windows nobody is done.
     return jax.lax.cond(jnp.any(states.done), anew, lambda same: same, states)
 
@@ -114,17 +119,18 @@ def run_ticks(task: Task, state: Stepper, ticks: int) -> Stepper:
 
 
 def window(
-    config: Config, task: Task, states: Stepper, act: Act, key: PRNGKeyArray
+    config: Config, task: Task, states: Stepper, act: Act, keys: Key[Array, " B"]
 ) -> tuple[Stepper, Window]:
     """All B walkers: decide, run the window's ticks, renew those that are done.
 
     Args:
       states: Stepper with leading axis B.
-      act: from [B, O] observations and a key to [B, 2] actions in [-1, 1].
+      act: from [B, O] observations and [B] keys to [B, 2] actions in [-1, 1].
+      keys: [B], each walker's own: what is drawn for one does not depend on how many others there are.
     """
-    act_key, renew_key = jax.random.split(key)
-    actions = act(states.observation, act_key)
+    act_keys, renew_keys = jnp.unstack(jax.vmap(jax.random.split)(keys), axis=1)
+    actions = act(states.observation, act_keys)
     states = jax.vmap(stepper.decide)(states, actions)
     states = devices.each(lambda s: run_ticks(task, s, config.train.window_ticks), states)
     brought = Window(states.last, states.terminated, states.truncated, states.broken)
-    return renew(config, task, states, renew_key), brought
+    return renew(config, task, states, renew_keys), brought

@@ -144,7 +144,9 @@ def test_time_that_is_over_is_truncation_and_no_end(walk):
 def test_transitions_are_those_of_the_windowed_collection(walk, actions):
     """Footstep by footstep; two programs of one tick differ by rounding, which landings enlarge."""
     task = stepper.Task.of(CONFIG)
-    window = jax.jit(lambda s, a, k: windows.window(CONFIG, task, s, lambda *_: a, k))
+    window = jax.jit(
+        lambda s, a, k: windows.window(CONFIG, task, s, lambda *_: a, jax.random.split(k, BATCH))
+    )
     # The environment draws noise and push anew as an episode begins: start from what it drew.
     first, second = walk[0].pipeline_state, walk[1].pipeline_state.walker
     states = first.replace(walker=first.walker.replace(key=second.key, push=second.push))

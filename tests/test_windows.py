@@ -40,7 +40,8 @@ def window():
 
     def one(states, key):
         traces.append(1)
-        return windows.window(CONFIG, TASK, states, lambda observation, _: policy(observation), key)
+        keys = jax.random.split(key, WALKERS)
+        return windows.window(CONFIG, TASK, states, lambda observation, _: policy(observation), keys)
 
     program = jax.jit(one)
     program.traces = traces

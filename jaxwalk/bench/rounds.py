@@ -87,7 +87,7 @@ def measure(
       folder: for checkpoints.
       tell: called with what is under way.
     """
-    mesh, task = devices.mesh(config.train.walkers), Task.of(config)
+    mesh, task = devices.mesh(loop.rings(config)), Task.of(config)
     count = config.train.windows_per_report
     ticks = count * task.setup.window_ticks
     hits = _Hits()
@@ -154,7 +154,7 @@ def measure(
 
     def run_saving() -> tuple[float, float]:
         now = Checkpoint(checkpoint.pack(state), {})
-        store.save(checkpoint.of_run(now, good, mesh.size))
+        store.save(checkpoint.of_run(now, good))
         made = run_loop()
         store.wait()
         return made

@@ -139,6 +139,8 @@ POLICIES = (
     "and duration)."
 )
 Policy = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="POLICY", help=POLICIES)]
+Given = tyro.conf.UseCounterAction[int]
+"""A switch without a value, for a way to run a command rather than a setting: 0 unless it is given."""
 OptionalPolicy = Annotated[str | None, tyro.conf.arg(metavar="POLICY")]
 OptionalFile = Annotated[Path | None, tyro.conf.arg(metavar="PATH")]
 OptionalFloat = Annotated[float | None, tyro.conf.arg(metavar="FLOAT")]

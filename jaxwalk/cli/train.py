@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -9,10 +10,11 @@ from typing import Annotated
 
 import tyro
 
-from jaxwalk import config_io, run_folder
+from jaxwalk import config_io, distributed, run_folder
 from jaxwalk.cli import checks
-from jaxwalk.cli.parse import OptionalFile, parse, parse_known
+from jaxwalk.cli.parse import Given, OptionalFile, parse, parse_known
 from jaxwalk.config import Config
+from jaxwalk.distributed import Place
 from jaxwalk.errors import UserError
 from jaxwalk.presets import PRESETS, PresetName
 
@@ -35,6 +37,15 @@ class TrainArgs:
     """Go on with the stopped run in this folder, whose seed and configuration hold."""
     seed: int = 0
     """Seed of everything that is drawn at random."""
+    distributed: Given = 0
+    """This is one of several processes, on one machine or many, that SLURM, Kubernetes or MPI has started, or
+    that are told of each other by the next three."""
+    coordinator: str | None = None
+    """HOST:PORT at which the first process can be reached by the others (with --distributed)."""
+    processes: int | None = None
+    """How many processes there are (with --coordinator)."""
+    process_id: int | None = None
+    """Which of them this is, from 0 (with --coordinator)."""
     config: Annotated[Config, tyro.conf.arg(name="")] = field(default_factory=Config)
 
     def check(self) -> None:
@@ -43,8 +54,15 @@ class TrainArgs:
         """
         checks.seed(self.seed)
         config_io.check(self.config)
+        self.place.check()
+        if self.place != Place() and not self.distributed:
+            raise UserError("--coordinator, --processes, --process-id: give --distributed with them")
         if self.run_dir is not None:
             run_folder.check_free(self.run_dir)
+
+    @property
+    def place(self) -> Place:
+        return Place(self.coordinator, self.processes, self.process_id)
 
 
 def read(argv: Sequence[str]) -> TrainArgs:
@@ -87,9 +105,16 @@ def run(argv: Sequence[str]) -> None:
     from jaxwalk import runtime
 
     runtime.setup()
-    from jaxwalk import train
+    with contextlib.ExitStack() as stack:
+        if args.distributed:
+            stack.enter_context(distributed.joined(args.place, f"go on with {_resumed(args)}"))
+        from jaxwalk import train
 
-    if args.resume is not None:
-        train.resume(args.resume)
-    else:
-        train.run(args.config, args.run_dir, args.seed, shlex.join(["jaxwalk", "train", *argv]))
+        if args.resume is not None:
+            train.resume(args.resume)
+        else:
+            train.run(args.config, args.run_dir, args.seed, shlex.join(["jaxwalk", "train", *argv]))
+
+
+def _resumed(args: TrainArgs) -> str:
+    return f"jaxwalk train --distributed --resume {args.resume or args.run_dir or 'RUN'}"

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import optax
 from jax import lax
 from jax.flatten_util import ravel_pytree
-from jaxtyping import Array, Bool, Float, PRNGKeyArray
+from jaxtyping import Array, Bool, Float, Key, PRNGKeyArray
 
 from jaxwalk.config import DDPGConfig
 from jaxwalk.ddpg import networks, normalizer
@@ -142,7 +142,7 @@ def update(
     config: DDPGConfig,
     state: LearnerState,
     batch: Transition,
-    key: PRNGKeyArray,
+    keys: Key[Array, " B"],
     axis_name: str | None = None,
 ) -> tuple[LearnerState, Metrics]:
     """One step of the critic and, in DDPG or when its turn has come in TD3, of actor and targets.
@@ -151,7 +151,7 @@ def update(
       config: static.
       state: the learner.
       batch: raw transitions [B].
-      key: draws the noise of TD3's target actions; DDPG ignores it.
+      keys: [B], of the noise on TD3's target actions; DDPG ignores them.
       axis_name: an axis of shard_map whose members hold equal states, and different
         batches and keys. Gradients and metrics are averaged over it, so states stay equal.
 
@@ -164,7 +164,7 @@ def update(
         observation=normalizer.normalize(state.normalizer, batch.observation),
         next_observation=normalizer.normalize(state.normalizer, batch.next_observation),
     )
-    new = _improve_critic(config, state, batch, key, axis_name)
+    new = _improve_critic(config, state, batch, keys, axis_name)
     new = replace(new, updates=state.updates + 1)
     if config.twin:
         new = lax.cond(
@@ -184,9 +184,9 @@ def update(
 
 
 def _improve_critic(
-    config: DDPGConfig, state: LearnerState, batch: Transition, key: PRNGKeyArray, axis_name: str | None
+    config: DDPGConfig, state: LearnerState, batch: Transition, keys: Key[Array, " B"], axis_name: str | None
 ) -> LearnerState:
-    target = _target(config, state, batch, key)
+    target = _target(config, state, batch, keys)
 
     def loss(critic: Params) -> tuple[Array, Array]:
         values = _values(config, critic, batch.observation, batch.action)
@@ -235,11 +235,11 @@ def _improve_actor(
     )
 
 
-def _target(config: DDPGConfig, state: LearnerState, batch: Transition, key: PRNGKeyArray) -> Array:
+def _target(config: DDPGConfig, state: LearnerState, batch: Transition, keys: Key[Array, " B"]) -> Array:
     """What the critic aims at [B]: reward + discount x the (smallest) target critic's value."""
     action = _act(config, state.target_actor, batch.next_observation)
     if config.twin:  # target policy smoothing: Fujimoto et al. 2018, eq. 14
-        noise = config.target_noise * jax.random.normal(key, action.shape)
+        noise = config.target_noise * jax.vmap(lambda key: jax.random.normal(key, action.shape[1:]))(keys)
         noise = jnp.clip(noise, -config.target_noise_clip, config.target_noise_clip)
         action = jnp.clip(action + noise, -1.0, 1.0)
     values = _values(config, state.target_critic, batch.next_observation, action)

@@ -34,9 +34,7 @@ def scale(config: DDPGConfig, progress: Float[Array, ""], walkers: int) -> Float
     return level * spread(walkers, config.noise_spread)
 
 
-def perturb(
-    action: Float[Array, "*B A"], key: PRNGKeyArray, scale: Float[Array, "*B"]
-) -> Float[Array, "*B A"]:
-    """``action`` plus Gaussian noise of standard deviation ``scale``, clipped to [-1, 1]."""
-    noise = scale[..., None] * jax.random.normal(key, action.shape, action.dtype)
+def perturb(action: Float[Array, "A"], key: PRNGKeyArray, scale: Float[Array, ""]) -> Float[Array, "A"]:
+    """One walker's ``action`` plus Gaussian noise of standard deviation ``scale``, clipped to [-1, 1]."""
+    noise = scale * jax.random.normal(key, action.shape, action.dtype)
     return jnp.clip(action + noise, -1.0, 1.0)

@@ -1,4 +1,8 @@
-"""Replay: a ring of transitions that lives on the device and is written inside ``lax.scan``."""
+"""Replay: rings of transitions that live on the devices and are written inside ``lax.scan``.
+
+Each ring belongs to a block of walkers, and each gives an equal share of a batch: so it does not matter
+on how many devices the rings lie.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +11,7 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 from jax import lax
-from jaxtyping import Array, Bool, PRNGKeyArray
+from jaxtyping import Array, Bool, UInt32
 
 from jaxwalk.ddpg.types import Leaf, Transition
 
@@ -15,12 +19,12 @@ from jaxwalk.ddpg.types import Leaf, Transition
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Replay:
-    """The ring of the last C transitions, C being its capacity.
+    """R rings, each of the last C transitions of its walkers, C being its capacity.
 
     Attributes:
-      rows: transitions, every field with a leading axis C; only the first ``size`` are filled.
-      position: [], slot that is written next.
-      size: [], slots filled.
+      rows: transitions, every field with leading axes [R, C]; only the first ``size`` are filled.
+      position: [R], slot that is written next.
+      size: [R], slots filled.
     """
 
     rows: Transition
@@ -29,49 +33,63 @@ class Replay:
 
     @property
     def capacity(self) -> int:
-        return self.rows.reward.shape[0]
+        return self.rows.reward.shape[1]
 
 
-def init(capacity: int, example: Transition) -> Replay:
-    """An empty ring with room for ``capacity`` transitions shaped like the unbatched ``example``.
+def init(rings: int, capacity: int, example: Transition) -> Replay:
+    """Empty rings with room for ``capacity`` transitions each, shaped like the unbatched ``example``.
 
     Raises:
       ValueError: a capacity below 1.
     """
     if capacity < 1:
         raise ValueError(f"replay capacity {capacity}: at least 1 transition must fit")
-    rows = jax.tree.map(lambda x: jnp.zeros((capacity, *jnp.shape(x)), jnp.result_type(x)), example)
-    return Replay(rows, position=jnp.int32(0), size=jnp.int32(0))
+    rows = jax.tree.map(lambda x: jnp.zeros((rings, capacity, *jnp.shape(x)), jnp.result_type(x)), example)
+    return Replay(rows, position=jnp.zeros(rings, jnp.int32), size=jnp.zeros(rings, jnp.int32))
 
 
 def add(replay: Replay, transitions: Transition, mask: Bool[Array, " N"]) -> Replay:
     """Append, in order, those of N transitions that ``mask`` [N] admits and that are finite.
 
-    The oldest make room; of more than C at once, the last C stay. Costs O(N), not O(C), where
-    the caller gives the ring up (a scan's carry, a donated argument), and next to nothing when
-    no row is admitted, which is most windows of a simulation.
+    The first N / R go to the first ring, and so on. The oldest make room; of more than C at once, the last
+    C stay. Costs O(N), not O(C), where the caller gives the rings up (a scan's carry, a donated argument),
+    and next to nothing when no row is admitted.
     """
     for leaf in jax.tree.leaves(transitions):
         mask = mask & jnp.all(jnp.isfinite(leaf), axis=tuple(range(1, leaf.ndim)))
-    return lax.cond(jnp.any(mask), _write, lambda ring, *_: ring, replay, transitions, mask)
+    return lax.cond(jnp.any(mask), _write, lambda rings, *_: rings, replay, transitions, mask)
 
 
 def _write(replay: Replay, transitions: Transition, mask: Bool[Array, " N"]) -> Replay:
-    rank = jnp.cumsum(mask, dtype=jnp.int32) - 1  # of each admitted row among the admitted
-    total = rank[-1] + 1
-    kept = mask & (rank >= total - replay.capacity)
-    slot = jnp.where(kept, (replay.position + rank) % replay.capacity, replay.capacity)
+    rings, capacity = replay.size.shape[0], replay.capacity
+    mask = mask.reshape(rings, -1)
+    rank = jnp.cumsum(mask, axis=1, dtype=jnp.int32) - 1  # of each admitted row among its ring's
+    total = rank[:, -1] + 1
+    kept = mask & (rank >= total[:, None] - capacity)
+    slot = _flat((replay.position[:, None] + rank) % capacity, capacity)
+    slot = jnp.where(kept, slot, rings * capacity).reshape(-1)
+
+    def written(rows: Array, new: Array) -> Array:
+        flat = rows.reshape(-1, *rows.shape[2:])
+        return flat.at[slot].set(new, mode="drop").reshape(rows.shape)
+
     return Replay(
-        rows=jax.tree.map(lambda ring, new: ring.at[slot].set(new, mode="drop"), replay.rows, transitions),
-        position=(replay.position + total) % replay.capacity,
-        size=jnp.minimum(replay.size + total, replay.capacity),
+        rows=jax.tree.map(written, replay.rows, transitions),
+        position=(replay.position + total) % capacity,
+        size=jnp.minimum(replay.size + total, capacity),
     )
 
 
-def sample(replay: Replay, key: PRNGKeyArray, batch_size: int) -> Transition:
-    """``batch_size`` transitions, uniformly with replacement.
+def sample(replay: Replay, bits: UInt32[Array, "R S"]) -> Transition:
+    """S transitions of each ring, with replacement: [R x S], ring by ring. Random ``bits`` choose uniformly.
 
     An empty ring gives rows of zeros; callers wait until something is in it.
     """
-    slots = jax.random.randint(key, (batch_size,), 0, jnp.maximum(replay.size, 1))
-    return jax.tree.map(lambda ring: ring[slots], replay.rows)
+    slots = bits % jnp.maximum(replay.size, 1).astype(jnp.uint32)[:, None]
+    index = _flat(slots.astype(jnp.int32), replay.capacity).reshape(-1)
+    return jax.tree.map(lambda rows: rows.reshape(-1, *rows.shape[2:])[index], replay.rows)
+
+
+def _flat(slots: Array, capacity: int) -> Array:
+    """Slots [R, N] of each ring as rows of all of them."""
+    return slots + capacity * jnp.arange(slots.shape[0], dtype=jnp.int32)[:, None]

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.sharding import Mesh
 
-from jaxwalk import scenarios
+from jaxwalk import devices, scenarios, together
 from jaxwalk.config import Config
 from jaxwalk.ddpg import learner
 from jaxwalk.ddpg.learner import LearnerState
@@ -56,6 +56,8 @@ class Assessment(Marks):
 class Exam:
     """The graded pushes, the same ones each time, for any policy of one kind.
 
+    Each process takes an equal share of them on its own devices, and all know what came of all.
+
     Args:
       act: the policy on one observation; its parameters are handed over with each call.
       seed: of the starts and the noise.
@@ -80,12 +82,15 @@ class Exam:
         # Calm names the policy, not the sensors: those are as noisy as in training.
         self.scenarios = scenarios.batch(config, impulse, phase, scenarios.keys(seed, purpose, count))
         self.is_calm = impulse == 0
-        self._runner = Runner(Task.of(config), act, count, mesh)
+        self._mine = together.share(count)
+        self._runner = Runner(Task.of(config), act, len(self._mine), devices.local(mesh))
         self._profile = Profile(jnp.zeros(BINS), jnp.float32(0.6))
 
     def __call__(self, params: Params) -> tuple[Marks, Trial]:
-        """Run all scenarios, without exploration."""
-        trials = self._runner.run(params, self.config.gait, self._profile, self.scenarios, SECONDS)
+        """Run all scenarios, without exploration; ``params`` as `devices.here` gives them."""
+        mine = jax.tree.map(lambda x: x[self._mine], self.scenarios)
+        trials = together.gather(self._runner.run(params, self.config.gait, self._profile, mine, SECONDS))
+        trials = jax.tree.map(lambda x: x[: len(self.is_calm)], trials)
         up, calm = ~trials.state.terminated, self.is_calm
         # A trial whose push was never reached counts by its fall alone.
         survival, quiet = float(up[~calm].mean()), float(up[calm].mean())
@@ -107,7 +112,7 @@ class Assessor:
         )
 
     def __call__(self, state: LearnerState) -> Assessment:
-        """Examine the learner's actor."""
+        """Examine the learner's actor; ``state`` as `devices.here` gives it."""
         marks, trials = self._exam(state)
         predicted = np.asarray(self._value(state, trials.first))
         beyond = np.asarray(self._value(state, trials.state.observation))

@@ -1,7 +1,8 @@
 """Checkpoints of a training run, by Orbax: written beside the training, whole or not at all, two kept.
 
 A digest of all that a checkpoint holds travels within it, so that one cut short, altered or brought
-from another run is told from a good one.
+from another run is told from a good one. Where a run has several processes, each writes and digests what
+its devices hold, and each reads everything.
 """
 
 from __future__ import annotations
@@ -13,8 +14,9 @@ import math
 import os
 import shutil
 import stat
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -22,11 +24,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from jaxwalk import together
 from jaxwalk.errors import UserError
 
 KEPT = 2
 _NOT_ITS_FAULT = {errno.EMFILE, errno.ENFILE, errno.EIO, errno.ENOMEM}
 _MOST_BESIDE = 64 * 2**20  # bytes of a checkpoint's files that are no numbers of its arrays
+_MOST_PARTS = 2**20  # processes that wrote a checkpoint
 _ARRAYS, _REST = "arrays", "rest"
 T = TypeVar("T")
 
@@ -36,11 +40,11 @@ class Checkpoint:
     """What is saved.
 
     Attributes:
-      arrays: by name; owned by nobody else.
+      arrays: by name; owned by nobody else. On the devices, as `pack` made them, or as read.
       notes: JSON values with text for keys.
     """
 
-    arrays: Mapping[str, np.ndarray]
+    arrays: Mapping[str, np.ndarray | jax.Array]
     notes: Mapping[str, Any]
 
 
@@ -72,9 +76,12 @@ class Store:
         Raises:
           UserError: it cannot be written, or the one before it could not.
         """
+        parts = together.count()
+        mine = np.frombuffer(_part(checkpoint, jax.process_index(), parts), np.uint8)
         rest = {
             "run": self._run,
-            "digest": digest(checkpoint),
+            "digest": _whole(checkpoint, [bytes(part) for part in together.gather(mine[None])]),
+            "parts": parts,
             "notes": dict(checkpoint.notes),
         }
         args = self._ocp.args
@@ -147,11 +154,20 @@ class Store:
         try:
             self._check_size(step, most)
             read = self._manager.restore(
-                step, args=args.Composite(**{_ARRAYS: args.PyTreeRestore(), _REST: args.JsonRestore()})
+                step,
+                args=args.Composite(
+                    **{
+                        _ARRAYS: args.PyTreeRestore(restore_args=self._as_numpy(step)),
+                        _REST: args.JsonRestore(),
+                    }
+                ),
             )
             arrays = {name: np.asarray(x) for name, x in read[_ARRAYS].items()}
             found, rest = Checkpoint(arrays, read[_REST]["notes"]), read[_REST]
-            if digest(found) != rest["digest"]:
+            parts = rest.get("parts", 1)
+            if type(parts) is not int or not 0 < parts <= _MOST_PARTS:
+                return "is damaged (its parts are no number)"
+            if digest(found, parts) != rest["digest"]:
                 return "is damaged (its digest differs)"
             return found if rest["run"] == self._run else "is of another run"
         except (MemoryError, PermissionError) as error:  # the checkpoint may be a good one
@@ -160,6 +176,15 @@ class Store:
             if isinstance(error, OSError) and error.errno in _NOT_ITS_FAULT:
                 raise UserError(f"cannot read the checkpoint {self.folder / str(step)}: {error}") from error
             return f"is damaged ({_first_line(error)})"
+
+    def _arrays(self, step: int) -> dict[str, Any]:
+        """What a checkpoint says of its arrays."""
+        reader = self._ocp.PyTreeCheckpointHandler()
+        return reader.metadata(self.folder.absolute() / str(step) / _ARRAYS).tree
+
+    def _as_numpy(self, step: int) -> dict[str, Any]:
+        """That all arrays come to the host, wherever they were."""
+        return {name: self._ocp.RestoreArgs(restore_type=np.ndarray) for name in self._arrays(step)}
 
     def _check_size(self, step: int, most: int) -> None:
         """See, before it is read, that a checkpoint takes no more memory than one of this run.
@@ -172,8 +197,7 @@ class Store:
             raise ValueError("it holds something else than files and folders")
         if sum(one.st_size for one in told) > most + _MOST_BESIDE:
             raise ValueError("its files are larger than those of this run")
-        reader = self._ocp.PyTreeCheckpointHandler()
-        arrays = reader.metadata(self.folder.absolute() / str(step) / _ARRAYS).tree.values()
+        arrays = self._arrays(step).values()
         # A chunk is unpacked whole, however small its array.
         sizes = (
             np.dtype(one.dtype).itemsize * max(math.prod(one.shape), math.prod(one.storage.chunk_shape))
@@ -192,7 +216,8 @@ class Store:
     def clear(self) -> None:
         """Close, and remove the folder: the run needs it no more."""
         self.close()
-        shutil.rmtree(self.folder, ignore_errors=True)
+        if together.first():
+            shutil.rmtree(self.folder, ignore_errors=True)
 
     def _unwritten(self, error: Exception) -> str:
         # TensorStore says so of a full disk, after much else.
@@ -203,31 +228,62 @@ class Store:
         )
 
 
-def of_run(now: Checkpoint, good: Checkpoint, devices: int) -> Checkpoint:
-    """A run as it is, and as it would go back to when it diverges; for as many devices."""
+def of_run(now: Checkpoint, good: Checkpoint) -> Checkpoint:
+    """A run as it is, and as it would go back to when it diverges."""
     arrays = {f"now.{name}": x for name, x in now.arrays.items()}
     arrays |= {f"good.{name}": x for name, x in good.arrays.items()}
-    return Checkpoint(arrays, {"devices": devices, "now": now.notes, "good": good.notes})
+    return Checkpoint(arrays, {"now": now.notes, "good": good.notes})
 
 
-def digest(checkpoint: Checkpoint) -> str:
-    """SHA-256 of names, types, shapes and bytes of all arrays, and of the notes."""
+def digest(checkpoint: Checkpoint, parts: int = 1) -> str:
+    """SHA-256 of names, types, shapes and bytes of all arrays, and of the notes; as ``parts`` made it."""
+    return _whole(checkpoint, [_part(checkpoint, part, parts) for part in range(parts)])
+
+
+def _whole(checkpoint: Checkpoint, parts: Sequence[bytes]) -> str:
     hashed = hashlib.sha256(json.dumps(checkpoint.notes, sort_keys=True).encode())
-    for name in sorted(checkpoint.arrays):
-        x = checkpoint.arrays[name]
-        hashed.update(f"{name} {x.dtype} {x.shape} ".encode())
-        hashed.update(np.ascontiguousarray(x).tobytes())
+    for part in parts:
+        hashed.update(part)
     return hashed.hexdigest()
 
 
-def pack(tree: Any) -> dict[str, np.ndarray]:
-    """A tree's arrays by their paths, copied to the host; random keys as their data."""
-    leaves = jax.tree_util.tree_leaves_with_path(jax.tree.map(_plain, tree))
-    # Copies: on a CPU, JAX hands out its own buffers, which training gives up.
-    return {_name(path): np.array(x) for path, x in leaves}
+def _part(checkpoint: Checkpoint, part: int, parts: int) -> bytes:
+    """What one of ``parts`` processes adds to the digest: its share of the rows; the first, the rest too."""
+    hashed = hashlib.sha256()
+    for name in sorted(checkpoint.arrays):
+        x = checkpoint.arrays[name]
+        split = x.ndim > 0 and x.shape[0] % parts == 0
+        if not split and part > 0:
+            continue
+        hashed.update(f"{name} {x.dtype} {x.shape} ".encode())
+        each = x.shape[0] // parts if split else 0
+        rows = _rows(x, part * each, (part + 1) * each) if split else np.asarray(x)
+        hashed.update(np.ascontiguousarray(rows).tobytes())
+    return hashed.digest()
 
 
-def unpack(arrays: Mapping[str, np.ndarray], like: T, shardings: Any) -> T:
+def _rows(x: np.ndarray | jax.Array, start: int, stop: int) -> np.ndarray:
+    """Rows of an array, of which this process may hold no more than these."""
+    if not isinstance(x, jax.Array) or x.is_fully_addressable or x.is_fully_replicated:
+        return np.asarray(x)[start:stop]
+    held = sorted(x.addressable_shards, key=lambda shard: shard.index[0].start or 0)
+    assert (held[0].index[0].start or 0, held[-1].index[0].stop) == (start, stop)
+    return np.concatenate([np.asarray(shard.data) for shard in held])
+
+
+def pack(tree: Any) -> dict[str, jax.Array]:
+    """A tree's arrays by their paths, copied where they lie; random keys as their data."""
+    leaves = jax.tree_util.tree_leaves_with_path(_copied(tree))
+    return {_name(path): x for path, x in leaves}
+
+
+@jax.jit
+def _copied(tree: Any) -> Any:
+    # Copies: training gives its own arrays up.
+    return jax.tree.map(lambda x: jnp.copy(_plain(x)), tree)
+
+
+def unpack(arrays: Mapping[str, np.ndarray | jax.Array], like: T, shardings: Any) -> T:
     """The tree that ``pack`` took apart, on its devices.
 
     Args:
@@ -238,15 +294,26 @@ def unpack(arrays: Mapping[str, np.ndarray], like: T, shardings: Any) -> T:
     """
     check_fits(arrays, like)
 
-    def leaf(path: Any, x: Any) -> jax.Array:
-        # A copy: JAX may compute in the array's own memory, and training gives its buffers up.
-        found = jnp.array(arrays[_name(path)], copy=True)
-        return jax.random.wrap_key_data(found) if _is_key(x) else found
+    where = jax.tree.leaves(
+        jax.tree.map(lambda one, part: jax.tree.map(lambda _: one, part), shardings, like)
+    )
+    plain = [_placed(arrays[_name(path)], one) for (path, _), one in zip(_packed(like), where, strict=True)]
+    return jax.jit(partial(_wrapped, like), out_shardings=shardings)(plain)
 
-    return jax.device_put(jax.tree_util.tree_map_with_path(leaf, like), shardings)
+
+def _placed(x: np.ndarray | jax.Array, where: Any) -> jax.Array:
+    if isinstance(x, jax.Array):
+        return x
+    return jax.make_array_from_callback(x.shape, where, lambda index: x[index])
 
 
-def check_fits(arrays: Mapping[str, np.ndarray], like: Any) -> None:
+def _wrapped(like: T, plain: Sequence[jax.Array]) -> T:
+    """A copy, as training gives its arrays up; keys are keys again."""
+    tree = jax.tree.unflatten(jax.tree.structure(like), [jnp.copy(x) for x in plain])
+    return jax.tree.map(lambda x, y: jax.random.wrap_key_data(y) if _is_key(x) else y, like, tree)
+
+
+def check_fits(arrays: Mapping[str, np.ndarray | jax.Array], like: Any) -> None:
     """See that ``arrays`` are what `pack` makes of a tree ``like`` this.
 
     Raises:

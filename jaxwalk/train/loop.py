@@ -1,19 +1,24 @@
 """The training loop that stays on the device: collect a window, remember it, learn from memory.
 
 Walkers and replay are split over the devices of a mesh, the learner is replicated and its
-gradients are averaged; on a CPU the devices are its cores.
+gradients are averaged; on a CPU the devices are its cores. Nothing that is drawn depends on how many
+there are: walkers have keys of their own, and so have the replay's rings, which `rings` counts. What
+remains is rounding, for sums are ordered otherwise.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from flax import struct
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
-from jaxtyping import Array, Float, PRNGKeyArray
+from jaxtyping import Array, Float, Int, Key, PRNGKeyArray
 
 from jaxwalk import footstep, walker, windows
 from jaxwalk.config import Config
@@ -50,7 +55,7 @@ class TrainState:
 
     Attributes:
       steppers: [W] walkers in mid-step.
-      replay: [D] rings, one for each device.
+      replay: [R] rings, of W / R walkers each.
       learner: networks, optimisers, statistics.
       counts: since the last report.
       footsteps: gathered in all.
@@ -76,14 +81,19 @@ def _specs() -> TrainState:
     return TrainState(split, split, same, same, same, same, same)
 
 
+def rings(config: Config) -> int:
+    """R: walkers and batch are split evenly over the rings, and these over the devices."""
+    return math.gcd(config.train.walkers, config.ddpg.batch_size)
+
+
 def init(config: Config, mesh: Mesh, seed: int) -> TrainState:
-    """A run at its start, laid out over the mesh."""
-    return jax.jit(_build(config, mesh), out_shardings=shardings(mesh))(jax.random.key(seed))
+    """A run at its start, laid out over the mesh, whose devices must divide `rings`."""
+    return jax.jit(_build(config), out_shardings=shardings(mesh))(np.uint32(seed))
 
 
-def layout(config: Config, mesh: Mesh) -> TrainState:
+def layout(config: Config) -> TrainState:
     """What ``init`` gives, types and shapes only."""
-    return jax.eval_shape(_build(config, mesh), jax.random.key(0))
+    return jax.eval_shape(_build(config), np.uint32(0))
 
 
 def shardings(mesh: Mesh) -> TrainState:
@@ -93,19 +103,18 @@ def shardings(mesh: Mesh) -> TrainState:
     )
 
 
-def _build(config: Config, mesh: Mesh) -> Callable[[PRNGKeyArray], TrainState]:
-    task, devices = Task.of(config), mesh.size
+def _build(config: Config) -> Callable[[Any], TrainState]:
+    task, count = Task.of(config), rings(config)
 
-    def build(key: PRNGKeyArray) -> TrainState:
-        walkers_key, learner_key, key = jax.random.split(key, 3)
+    def build(seed: Any) -> TrainState:
+        walkers_key, learner_key, key = jax.random.split(jax.random.key(seed), 3)
         keys = jax.random.split(walkers_key, config.train.walkers)
         steppers = jax.vmap(partial(windows.spawn, config, task))(keys)
-        capacity = max(config.ddpg.replay_capacity // devices, config.ddpg.batch_size // devices)
+        capacity = max(config.ddpg.replay_capacity, config.ddpg.batch_size) // count
         example = jax.tree.map(lambda x: x[0], steppers.last.transition)
-        ring = replay.init(capacity, example)
         return TrainState(
             steppers=steppers,
-            replay=jax.tree.map(lambda x: jnp.broadcast_to(x, (devices, *x.shape)), ring),
+            replay=replay.init(count, capacity, example),
             learner=learner.init(config.ddpg, learner_key, len(config.observation), _initial_action(config)),
             counts=_no_counts(),
             footsteps=jnp.zeros(()),
@@ -124,19 +133,17 @@ def _initial_action(config: Config) -> tuple[float, ...]:
 
 def make(config: Config, mesh: Mesh):
     """The compiled loop, TrainState -> TrainState, a report's windows further; it donates its input."""
-    task, devices = Task.of(config), mesh.size
-    batch = max(1, config.ddpg.batch_size // devices)
+    task, share = Task.of(config), config.ddpg.batch_size // rings(config)
     total = float(config.train.footsteps)
 
     def collect(state: TrainState, key: PRNGKeyArray) -> TrainState:
-        local = state.steppers.asked.shape[0]
-        scales = noise.scale(config.ddpg, state.footsteps / total, local * devices)
-        mine = jax.lax.dynamic_slice_in_dim(scales, jax.lax.axis_index(AXIS) * local, local)
+        mine = _mine(config.train.walkers, mesh)
+        scales = noise.scale(config.ddpg, state.footsteps / total, config.train.walkers)[mine]
 
-        def act(observation: Float[Array, "B O"], key: PRNGKeyArray) -> Float[Array, "B 2"]:
-            return noise.perturb(learner.act(config.ddpg, state.learner, observation), key, mine)
+        def act(observation: Float[Array, "B O"], keys: Key[Array, " B"]) -> Float[Array, "B 2"]:
+            return jax.vmap(noise.perturb)(learner.act(config.ddpg, state.learner, observation), keys, scales)
 
-        steppers, brought = windows.window(config, task, state.steppers, act, key)
+        steppers, brought = windows.window(config, task, state.steppers, act, _keys(key, mine))
         steps, closed = brought.footsteps, brought.footsteps.closed
         sums = Counts(
             footsteps=jnp.sum(closed, dtype=jnp.float32),
@@ -159,14 +166,18 @@ def make(config: Config, mesh: Mesh):
         )
 
     def learn(state: TrainState, key: PRNGKeyArray) -> TrainState:
-        # No device may draw from an empty ring.
-        ready = (state.footsteps >= config.ddpg.warmup) & (jax.lax.pmin(state.replay.size, AXIS) > 0)
+        filled = jax.lax.pmin(jnp.min(state.replay.size), AXIS) > 0  # nothing is drawn from an empty ring
+        ready = (state.footsteps >= config.ddpg.warmup) & filled
         due = jnp.where(ready, jnp.floor(state.owed), 0.0)
+        count = rings(config)
+        mine = _mine(count, mesh)
 
         def update(i: Array, current: LearnerState) -> LearnerState:
-            sample_key, update_key = jax.random.split(jax.random.fold_in(key, i))
-            drawn = replay.sample(state.replay, sample_key, batch)
-            return learner.update(config.ddpg, current, drawn, update_key, axis_name=AXIS)[0]
+            sample_key, noise_key = jax.random.split(jax.random.fold_in(key, i))
+            bits = jax.random.bits(sample_key, (count, share), jnp.uint32)
+            drawn = replay.sample(state.replay, bits[mine])
+            keys = _keys(noise_key, _mine(count * share, mesh))
+            return learner.update(config.ddpg, current, drawn, keys, axis_name=AXIS)[0]
 
         learned = jax.lax.fori_loop(0, due.astype(jnp.int32), update, state.learner)
         # What fell due before the first update is forgiven, or it would all come at once.
@@ -174,18 +185,26 @@ def make(config: Config, mesh: Mesh):
 
     def turn(state: TrainState, _: None) -> tuple[TrainState, None]:
         key, collect_key, learn_key = jax.random.split(state.key, 3)
-        here = jax.lax.axis_index(AXIS)
-        state = collect(state, jax.random.fold_in(collect_key, here))
-        state = learn(state, jax.random.fold_in(learn_key, here))
-        return state.replace(key=key), None
+        return learn(collect(state, collect_key), learn_key).replace(key=key), None
 
     def report(state: TrainState) -> TrainState:
-        mine = state.replace(replay=jax.tree.map(lambda x: x[0], state.replay), counts=_no_counts())
-        mine, _ = jax.lax.scan(turn, mine, length=config.train.windows_per_report)
-        return mine.replace(replay=jax.tree.map(lambda x: x[None], mine.replay))
+        return jax.lax.scan(turn, state.replace(counts=_no_counts()), length=config.train.windows_per_report)[
+            0
+        ]
 
     mapped = jax.shard_map(report, mesh=mesh, in_specs=(_specs(),), out_specs=_specs(), check_vma=False)
     return jax.jit(mapped, donate_argnums=0)
+
+
+def _mine(count: int, mesh: Mesh) -> Int[Array, " N"]:
+    """Which of ``count`` are this device's, as indices into all."""
+    local = count // mesh.size
+    return jax.lax.axis_index(AXIS) * local + jnp.arange(local)
+
+
+def _keys(key: PRNGKeyArray, index: Int[Array, " N"]) -> Key[Array, " N"]:
+    """A key for each of those that ``index`` counts [N]."""
+    return jax.vmap(jax.random.fold_in, in_axes=(None, 0))(key, index)
 
 
 def _sum(mask: Array, values: Array) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -13,14 +13,13 @@ import jax
 import numpy as np
 from jax.sharding import Mesh
 
-from jaxwalk import devices, files, plots, policy, run_folder, runtime, windows
+from jaxwalk import devices, plots, policy, run_folder, runtime, together, windows
 from jaxwalk.config import Config
 from jaxwalk.ddpg import learner
-from jaxwalk.errors import UserError
-from jaxwalk.policy import Policy
+from jaxwalk.errors import Agreed, UserError
 from jaxwalk.progress import Progress
 from jaxwalk.run_folder import RunFolder
-from jaxwalk.train import checkpoint, loop
+from jaxwalk.train import checkpoint, loop, restore
 from jaxwalk.train.assess import Assessor
 from jaxwalk.train.checkpoint import Checkpoint, Store
 from jaxwalk.train.finals import Finals
@@ -31,47 +30,99 @@ from jaxwalk.train.stop import Stop
 def run(config: Config, run_dir: Path | None, seed: int, command: str) -> Path:
     """Train, and return the run folder.
 
-    Ctrl-C (or SIGTERM) ends after the report under way and keeps the best policy so far.
+    Ctrl-C (or SIGTERM) ends after the report under way and keeps the best policy so far. Of several
+    processes, all call this; the first one writes the folder, which all of them can read.
 
     Raises:
       UserError: a configuration that cannot be run, a folder that cannot be used, a disk or a memory
         that is full, or a training that diverges again and again.
     """
-    windows.check(config)
-    mesh = devices.mesh(config.train.walkers)
-    with RunFolder.create(run_dir, config, seed, command) as folder:
-        _train(config, folder, seed, command, mesh, resumed=False)
+
+    def begin() -> RunFolder:
+        windows.check(config)
+        _check_split(config)
+        return RunFolder.create(run_dir, config, seed, command)
+
+    folder, identity = _open(begin)
+    with folder:
+        _train(config, folder, identity, seed, command, resumed=False)
         return folder.path
 
 
 def resume(path: Path) -> Path:
     """Go on with the run in ``path`` from its latest checkpoint, and return the folder.
 
-    On the same machine and versions, all comes bit for bit as if the run had never been stopped.
+    On the same machine, versions and number of devices, all comes bit for bit as if the run had never been
+    stopped; on another number of devices, but for rounding.
 
     Raises:
-      UserError: as for ``run``; or there is no run, it is finished, it has no usable checkpoint, it was
-        laid out for another number of devices, or another process trains it.
+      UserError: as for ``run``; or there is no run, it is finished, it has no usable checkpoint, or
+        another process trains it.
     """
     origin = run_folder.load_origin(path)
     config = run_folder.load_config(path)
-    mesh = devices.mesh(config.train.walkers)
-    with RunFolder.reopen(path) as folder:
-        summary = run_folder.read_summary(path)
-        if summary and not summary.get("interrupted"):
-            raise UserError(f"the run in {path} is finished: nothing is left to resume")
+
+    def begin() -> RunFolder:
+        _check_split(config)
+        folder = RunFolder.reopen(path)
+        with contextlib.ExitStack() as stack:
+            stack.enter_context(folder)
+            summary = run_folder.read_summary(path)
+            if summary and not summary.get("interrupted"):
+                raise UserError(f"the run in {path} is finished: nothing is left to resume")
+            stack.pop_all()
         _say_what_changed(origin.versions)
-        _train(config, folder, origin.seed, origin.command, mesh, resumed=True)
+        return folder
+
+    folder, identity = _open(begin)
+    with folder:
+        _train(config, folder, identity, origin.seed, origin.command, resumed=True)
         return folder.path
 
 
-def _train(config: Config, folder: RunFolder, seed: int, command: str, mesh: Mesh, resumed: bool) -> None:
-    print(f"run folder {folder.path}, devices ({jax.devices()[0].platform}): {mesh.size}", flush=True)
+def _open(begin: Callable[[], RunFolder]) -> tuple[RunFolder, str]:
+    """The folder that the first process opens, and what tells its run from others, in all of them.
+
+    Raises:
+      UserError: it cannot be opened.
+    """
+    mine: list[RunFolder] = []
+
+    def say() -> str:
+        mine.append(begin())
+        return f"{run_folder.identity(mine[0].path)} {mine[0].path}"
+
+    # Told rather than read: a shared file system may be slow to show the others what was just made.
+    identity, _, path = together.told(say).partition(" ")
+    return (mine[0] if mine else RunFolder(Path(path), writes=False)), identity
+
+
+def _check_split(config: Config) -> None:
+    """Raises:
+    UserError: several processes, and a device that would have no walkers.
+    """
+    count = jax.device_count()
+    if together.count() > 1 and devices.mesh(loop.rings(config)).size != count:
+        raise UserError(
+            f"--train.walkers {config.train.walkers} and --ddpg.batch-size {config.ddpg.batch_size} cannot "
+            f"be split over the {count} devices of {together.count()} processes: give multiples of {count}, "
+            "or another number of devices"
+        )
+
+
+def _train(config: Config, folder: RunFolder, identity: str, seed: int, command: str, resumed: bool) -> None:
+    mesh = devices.mesh(loop.rings(config))
+    if folder.writes:
+        several = f" of {together.count()} processes" if together.count() > 1 else ""
+        print(
+            f"run folder {folder.path}, devices ({jax.devices()[0].platform}): {mesh.size}{several}",
+            flush=True,
+        )
     with (
         _one_line_errors(config, folder.path),
-        Progress(config.train.footsteps) as progress,
+        Progress(config.train.footsteps, folder.writes) as progress,
         Stop() as stop,
-        contextlib.closing(_Run(config, folder, seed, command, mesh, progress, stop)) as training,
+        contextlib.closing(_Run(config, folder, identity, seed, command, mesh, progress, stop)) as training,
     ):
         if resumed:
             training.restore()
@@ -111,6 +162,7 @@ class _Run:
         self,
         config: Config,
         folder: RunFolder,
+        identity: str,
         seed: int,
         command: str,
         mesh: Mesh,
@@ -118,7 +170,7 @@ class _Run:
         stop: Stop,
     ) -> None:
         self.config, self.folder, self.seed, self.command, self.mesh = config, folder, seed, command, mesh
-        self.progress, self.stop = progress, stop
+        self.progress, self.stop, self.identity = progress, stop, identity
         self.started = time.perf_counter()
         self.state = loop.init(config, mesh, seed)
         self.advance = loop.make(config, mesh)
@@ -133,7 +185,7 @@ class _Run:
         self.saved = float("-inf")  # when; by the clock that never jumps
 
     def _open_store(self) -> Store:
-        return Store(self.folder.resume, run_folder.identity(self.folder.path))
+        return Store(self.folder.resume, self.identity)
 
     def close(self) -> None:
         """Let the checkpoint under way be written."""
@@ -147,67 +199,14 @@ class _Run:
           UserError: as for ``resume``.
         """
         self.store = self.store or self._open_store()
-        like = loop.layout(self.config, self.mesh)
-        found = self.store.latest(self.progress.note, 2 * checkpoint.size(like))
-        path = self.folder.path
+        found = restore.latest(self.config, self.mesh, self.folder, self.store, self.progress.note)
         if found is None:
-            # Killed before the first checkpoint, which follows the first evaluation at once.
-            if len(run_folder.read_metrics(path)) > 1:
-                raise UserError(f"the run in {path} holds no checkpoint to resume from: begin a new run")
-            self.folder.keep(0)
             self.progress.note("no checkpoint yet: the run begins anew")
             return
-        try:
-            devices, now, good = (found.notes[name] for name in ("devices", "now", "good"))
-            past, _ = Past.from_notes(now), Past.from_notes(good)
-        except (KeyError, TypeError, ValueError, AttributeError):
-            raise UserError(
-                f"the checkpoint in {self.folder.resume} is of another version of jaxwalk: its notes do not "
-                "fit; go on with the version that made it"
-            ) from None
-        if devices != self.mesh.size:
-            raise UserError(
-                f"the run in {path} is laid out for {devices!s:.20} devices, not {self.mesh.size}: "
-                f"resume it with JAX_NUM_CPU_DEVICES={devices!s:.20} or on as many GPUs"
-            )
-        self.good = Checkpoint(_under("good.", found.arrays), good)
-        checkpoint.check_fits(self.good.arrays, like)
-        self.state = self._place(_under("now.", found.arrays))
-        finalists = [(self._load(footsteps), score) for footsteps, score in past.finalists]
-        self.record = past.record
-        if self.record.found:
-            self._load(self.record.best)
-        self.rows = self.folder.keep(past.rows)
-        for learned, score in finalists:
+        self.state, self.good, self.record, self.rows = found.state, found.good, found.record, found.rows
+        for learned, score in found.finalists:
             self.finals.enter(learned, score)
-        self._forget_what_came_later()
-        self.folder.drop_summary()
         self.progress.note(f"resumed at {int(self.state.footsteps):,} footsteps")
-
-    def _forget_what_came_later(self) -> None:
-        """The policies in the folder become those that the record knows."""
-        for file in self.folder.checkpoints.glob("*.safetensors"):
-            if file.stem.isdecimal() and int(file.stem) > self.record.evaluated:
-                file.unlink()
-        if self.record.found:
-            files.write_bytes(self.folder.policy, self._candidate(self.record.best).read_bytes())
-
-    def _load(self, footsteps: int) -> Policy:
-        """The policy of an evaluation.
-
-        Raises:
-          UserError: it is gone, damaged, or not of this run's kind.
-        """
-        file = self._candidate(footsteps)
-        found = policy.load(file)
-        told = found.metadata
-        if (told.hidden, told.observation_names) != (self.config.ddpg.hidden, self.config.observation):
-            raise UserError(f"policy {file} is not of the run that it lies in: begin a new run")
-        return found
-
-    def _place(self, arrays: dict[str, np.ndarray]) -> loop.TrainState:
-        like = loop.layout(self.config, self.mesh)
-        return checkpoint.unpack(arrays, like, loop.shardings(self.mesh))
 
     def _snapshot(self) -> Checkpoint:
         """All of the run as it is now, but for where it would go back to."""
@@ -220,13 +219,15 @@ class _Run:
             return
         now = now or self._snapshot()
         self.folder.sync()  # no checkpoint knows of a row that a loss of power takes
-        self.store.save(checkpoint.of_run(now, self.good or now, self.mesh.size), wait)
+        self.store.save(checkpoint.of_run(now, self.good or now), wait)
         self.saved = time.perf_counter()
 
     def _save_if_due(self) -> None:
-        if self.config.train.checkpoint_seconds <= 0 or self.store is None or self.store.busy():
+        if self.config.train.checkpoint_seconds <= 0 or self.store is None:
             return
-        if time.perf_counter() - self.saved >= self.config.train.checkpoint_seconds:
+        due = time.perf_counter() - self.saved >= self.config.train.checkpoint_seconds
+        busy, due = together.any_of(self.store.busy(), due)
+        if due and not busy:
             # The first is waited for: without it, a kill in the first report would leave nothing.
             self._save(wait=self.saved == float("-inf"))
 
@@ -237,9 +238,10 @@ class _Run:
         total = self.config.train.footsteps
         while True:
             footsteps = int(self.state.footsteps)
-            if self._evaluation_due(footsteps) and not (self.rows and self.stop.wanted):
+            if self._evaluation_due(footsteps) and not (self.rows and self._stop_wanted()):
                 self._evaluate(footsteps)
-            if footsteps >= total or self.stop.wanted:
+            interrupted = self._stop_wanted()
+            if footsteps >= total or interrupted:
                 break
             self._save_if_due()
             begun = time.perf_counter()
@@ -250,8 +252,12 @@ class _Run:
                 self.record.compile_seconds += seconds
             self._report(int(self.state.footsteps), counts, seconds)
         if self.config.train.checkpoint_seconds > 0:
-            self._save(wait=self.stop.wanted)
-        self._finish(footsteps)
+            self._save(wait=interrupted)
+        self._finish(footsteps, interrupted)
+
+    def _stop_wanted(self) -> bool:
+        """Whether any of the processes was told to stop: so all do."""
+        return together.any_of(self.stop.wanted)[0]
 
     def _evaluation_due(self, footsteps: int) -> bool:
         """Whether one of the evaluations, the first at 0, has come due since the latest."""
@@ -311,7 +317,7 @@ class _Run:
         )
         if len(self.record.divergences) >= train.divergence_events:
             self._give_up(good, footsteps)
-        state = self._place(dict(good.arrays))
+        state = checkpoint.unpack(good.arrays, loop.layout(self.config), loop.shardings(self.mesh))
         # Other draws from here on, or all would come as before.
         self.state = state.replace(key=jax.random.fold_in(state.key, len(self.record.divergences)))
         self.good = self._snapshot()
@@ -324,51 +330,46 @@ class _Run:
         self.store = self.store or self._open_store()
         self._save(good, wait=True)
         self._write_summary(footsteps, interrupted=True, finals=[])
-        raise UserError(
+        raise Agreed(
             f"training diverged at {footsteps:,} footsteps, time {len(self.record.divergences)}: begin a run "
             f"with a lower --ddpg.critic-lr or --ddpg.actor-lr; jaxwalk train --resume {path} shows it again"
         )
 
     def _evaluate(self, footsteps: int) -> None:
-        found = self.assess(learner.averaged(self.state.learner))
+        current = devices.here(learner.averaged(self.state.learner), self.mesh)
+        found = self.assess(current)
         record = self.record
         if not self.rows:
             record.compile_seconds += time.perf_counter() - self.started
         row = {"footsteps": footsteps, "seconds": self._seconds()}
         self._log(row | {f"eval/{name}": value for name, value in asdict(found).items()})
-        learned = self._policy(footsteps, found.score)
-        policy.save(learned, self._candidate(footsteps))
+        learned = policy.from_learner(
+            self.config, current, seed=self.seed, command=self.command, footsteps=footsteps, score=found.score
+        )
+        if self.folder.writes:
+            policy.save(learned, self.folder.candidate(footsteps))
         better = np.isfinite(found.score) and (
             not record.found or found.score > record.found[record.best].score
         )
         if better:
             record.best = footsteps
-            policy.save(learned, self.folder.policy)
+            if self.folder.writes:
+                policy.save(learned, self.folder.policy)
         self.finals.enter(learned, found.score)
         if np.isfinite(found.score):
             record.found[footsteps] = found
         record.last, record.evaluated = found, footsteps
         self.good = self._snapshot()
-        plots.training_png(self.rows, self.folder.picture)
+        self._draw()
         self.progress.note(
             f"evaluation at {footsteps:,} footsteps: {found.survival:.0%} of the pushed and {found.calm:.0%} "
             f"of the others stay up, {found.speed:.2f} m/s, predicted return {found.predicted:.1f} came "
             f"as {found.real:.1f}" + ("; best so far" if better else "")
         )
 
-    def _candidate(self, footsteps: int) -> Path:
-        """Where the policy of an evaluation is kept."""
-        return self.folder.checkpoints / f"{footsteps:09d}.safetensors"
-
-    def _policy(self, footsteps: int, score: float) -> Policy:
-        return policy.from_learner(
-            self.config,
-            learner.averaged(self.state.learner),
-            seed=self.seed,
-            command=self.command,
-            footsteps=footsteps,
-            score=score,
-        )
+    def _draw(self) -> None:
+        if self.folder.writes:
+            plots.training_png(self.rows, self.folder.picture)
 
     def _settle(self) -> list[dict[str, Any]]:
         """Keep the winner of the finals; gives the finalists' marks, the winner's first."""
@@ -379,13 +380,13 @@ class _Run:
             return []
         winner = settled[0][0]
         self.record.best = winner.metadata.footsteps
-        policy.save(winner, self.folder.policy)
+        if self.folder.writes:
+            policy.save(winner, self.folder.policy)
         return [{"footsteps": one.metadata.footsteps, **asdict(marks)} for one, marks in settled]
 
-    def _finish(self, footsteps: int) -> None:
-        interrupted = self.stop.wanted
+    def _finish(self, footsteps: int, interrupted: bool) -> None:
         if not self.record.found:
-            raise UserError(
+            raise Agreed(
                 f"no evaluation of the run in {self.folder.path} came to a finite score: no policy "
                 "is kept; begin a run with other --physics, --gait or --body options"
             )
@@ -394,7 +395,7 @@ class _Run:
         self._write_summary(footsteps, interrupted, finals)
         if self.store is not None and not interrupted:
             self.store.clear()
-        plots.training_png(self.rows, self.folder.picture)
+        self._draw()
         verb = "stopped early" if interrupted else "done"
         self.progress.note(f"{verb}: best policy (at {self.record.best:,} footsteps) in {self.folder.policy}")
 
@@ -413,7 +414,3 @@ class _Run:
                 "finals": finals,
             }
         )
-
-
-def _under(prefix: str, arrays: Any) -> dict[str, np.ndarray]:
-    return {name.removeprefix(prefix): x for name, x in arrays.items() if name.startswith(prefix)}

@@ -66,7 +66,7 @@ class CountingUpdate:
 
     def _counted(self, config, state, batch, key):
         self.traces += 1
-        return learner.update(config, state, batch, key)
+        return learner.update(config, state, batch, jax.random.split(key, config.batch_size))
 
     def __call__(self, config, state, batch, key=None):
         return self._update(config, state, batch, jax.random.key(1) if key is None else key)

@@ -25,11 +25,7 @@ def test_scale_decays_linearly_and_then_stays(progress, level):
 def test_perturb_has_each_walkers_spread_and_stays_in_range():
     scale = jnp.array([0.0, 0.05, 0.2, 5.0])
     action = jnp.full((4, 20_000), 0.1)
-    moved = noise.perturb(action, jax.random.key(0), scale)
+    moved = jax.vmap(noise.perturb)(action, jax.random.split(jax.random.key(0), 4), scale)
     np.testing.assert_allclose(moved[:3].std(axis=1), scale[:3], rtol=0.03, atol=1e-7)
     np.testing.assert_allclose(moved[:3].mean(axis=1), 0.1, atol=0.01)
     assert moved.min() == -1.0 and moved.max() == 1.0
-
-
-def test_perturb_takes_a_single_action():
-    assert noise.perturb(jnp.zeros((2,)), jax.random.key(0), jnp.float32(0.1)).shape == (2,)

@@ -135,17 +135,18 @@ keys = jax.random.split(jax.random.key(0), 5)
 shapes = (32, 2), (32, 1), (32,), (32,), (32, 2)
 batch = Transition(*(jax.random.normal(k, s) for k, s in zip(keys, shapes)))
 mesh = Mesh(jax.devices(), ("devices",))
-config = DDPGConfig(hidden=(4,), max_grad_norm=0.0, twin=True, target_noise=0.0, policy_delay=1,
+config = DDPGConfig(hidden=(4,), max_grad_norm=0.0, twin=True, policy_delay=1,
                     critic_head_start=0)
 state = jax.jit(learner.init, static_argnums=(0, 2, 3))(config, keys[0], 2, (0.25,))
 update = functools.partial(learner.update, config)
-whole, _ = jax.jit(update)(state, batch, keys[1])
-specs = dict(in_specs=(P(), P("devices"), P()), out_specs=P())
+smooth = jax.random.split(keys[1], 32)
+whole, _ = jax.jit(update)(state, batch, smooth)
+specs = dict(in_specs=(P(), P("devices"), P("devices")), out_specs=P())
 for tracked in (True, False):  # whether JAX knows what is equal on all devices
     split = jax.shard_map(
         functools.partial(update, axis_name="devices"), mesh=mesh, check_vma=tracked, **specs
     )
-    parts, _ = jax.jit(split)(state, batch, keys[1])
+    parts, _ = jax.jit(split)(state, batch, smooth)
     # Adam's moments are the gradient; its step would blow up rounding where that is nearly 0.
     for field in ("actor_optimizer", "critic_optimizer", "metrics"):
         close = functools.partial(np.testing.assert_allclose, rtol=1e-3, atol=1e-6)

@@ -15,6 +15,7 @@ from typing import Any
 import jax
 
 from jaxwalk import policy, run_folder
+from jaxwalk.distributed import Place
 from jaxwalk.presets import PRESETS
 
 SMOKE = PRESETS["smoke"]
@@ -68,25 +69,30 @@ def _digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def start(folder: Path, resume: bool = False) -> subprocess.Popen[str]:
-    """The run of ``CONFIG``, or its resumption, in a process of its own."""
+def start(
+    folder: Path, resume: bool = False, devices: int | None = None, place: Place | None = None
+) -> subprocess.Popen[str]:
+    """The run of ``CONFIG``, or its resumption, in a process of its own; one of several, given its place."""
     what = "train.resume(folder)" if resume else "train.run(small.CONFIG, folder, small.SEED, small.COMMAND)"
     program = f"""
-import pathlib, sys
+import contextlib, pathlib, sys
 sys.path.insert(0, {str(Path(__file__).parent)!r})
-from jaxwalk import runtime
+from jaxwalk import distributed, runtime
+from jaxwalk.distributed import Place
 runtime.setup()
-import small
-from jaxwalk import train
-small.shorten(setattr)
-small.undrawn(setattr)
-folder = pathlib.Path({str(folder)!r})
-{what}
+place = {place!r}
+with distributed.joined(place, "go on") if place else contextlib.nullcontext():
+    import small
+    from jaxwalk import train
+    small.shorten(setattr)
+    small.undrawn(setattr)
+    folder = pathlib.Path({str(folder)!r})
+    {what}
 """
     return subprocess.Popen(
         [sys.executable, "-c", program],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
-        env=os.environ | {"JAX_NUM_CPU_DEVICES": str(jax.device_count())},
+        env=os.environ | {"JAX_NUM_CPU_DEVICES": str(devices or jax.device_count())},
     )
