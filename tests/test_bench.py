@@ -74,7 +74,14 @@ def test_it_says_what_it_was_measured_on(result):
     assert result["hardware"]["cores"] >= 1 and "jax" in result["versions"]
     assert result["memory"]["peak_rss_mb"] > 100 and "peak_device_mb" in result["memory"]
     walkers = result["config"]["train"]["walkers"]
-    assert result["options"] == {"walkers": walkers, "seconds": 0.01, "seed": 0, "deploy": None}
+    assert result["options"] == {
+        "walkers": walkers,
+        "seconds": 0.01,
+        "stages": False,
+        "batches": [],
+        "seed": 0,
+        "deploy": None,
+    }
 
 
 @pytest.mark.slow

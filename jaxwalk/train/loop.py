@@ -122,8 +122,12 @@ def _initial_action(config: Config) -> tuple[float, ...]:
         return tuple(float(x) for x in footstep.nominal_action(who))
 
 
-def make(config: Config, mesh: Mesh):
-    """The compiled loop, TrainState -> TrainState, a report's windows further; it donates its input."""
+def make(config: Config, mesh: Mesh, remembers: bool = True, learns: bool = True):
+    """The compiled loop, TrainState -> TrainState, a report's windows further; it donates its input.
+
+    Args:
+      remembers, learns: parts that the benchmark leaves out: replay and statistics; the updates.
+    """
     task, devices = Task.of(config), mesh.size
     batch = max(1, config.ddpg.batch_size // devices)
     total = float(config.train.footsteps)
@@ -149,10 +153,13 @@ def make(config: Config, mesh: Mesh):
             seconds=_sum(closed, steps.seconds),
         )
         sums = jax.lax.psum(sums, AXIS)
+        if remembers:
+            state = state.replace(
+                replay=replay.add(state.replay, steps.transition, closed),
+                learner=learner.observe(state.learner, steps.transition.observation, closed, axis_name=AXIS),
+            )
         return state.replace(
             steppers=steppers,
-            replay=replay.add(state.replay, steps.transition, closed),
-            learner=learner.observe(state.learner, steps.transition.observation, closed, axis_name=AXIS),
             counts=jax.tree.map(jnp.add, state.counts, sums),
             footsteps=state.footsteps + sums.footsteps,
             owed=state.owed + sums.footsteps * config.ddpg.updates_per_footstep,
@@ -176,7 +183,8 @@ def make(config: Config, mesh: Mesh):
         key, collect_key, learn_key = jax.random.split(state.key, 3)
         here = jax.lax.axis_index(AXIS)
         state = collect(state, jax.random.fold_in(collect_key, here))
-        state = learn(state, jax.random.fold_in(learn_key, here))
+        if learns:
+            state = learn(state, jax.random.fold_in(learn_key, here))
         return state.replace(key=key), None
 
     def report(state: TrainState) -> TrainState:

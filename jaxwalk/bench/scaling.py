@@ -1,0 +1,110 @@
+"""``jaxwalk bench --stages True`` and ``--batches``: where a tick goes, over batch sizes; tables and JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import jax
+from rich.console import Console
+from rich.table import Table
+
+from jaxwalk import devices, files, results
+from jaxwalk.bench import batches, picture
+from jaxwalk.bench.command import configured, memory
+from jaxwalk.bench.limits import C_CONVERGED, C_LIMITED
+from jaxwalk.bench.stages import STAGES
+from jaxwalk.errors import UserError
+
+if TYPE_CHECKING:
+    from jaxwalk.cli.bench import BenchArgs
+
+
+def bench(args: BenchArgs, tell: Callable[[str], None] = lambda what: None) -> dict[str, Any]:
+    """All of it, as the JSON that ``jaxwalk bench`` writes.
+
+    Raises:
+      UserError: a batch that the devices cannot share evenly.
+    """
+    sizes = args.sizes()
+    count = devices.mesh().size
+    for size in sizes:
+        if args.batches and size % count:
+            raise UserError(f"--batches {size}: give a multiple of the {count} devices")
+    config = configured(sizes[0])
+    names = tuple(STAGES) if args.stages else batches.SHORT
+    rows = batches.measure(config, sizes, names, args.seconds, args.seed, tell)
+    return {
+        "stages": {name: STAGES[name] for name in names},
+        "batches": rows,
+        "memory": memory(),
+        **results.stamp("bench", args, None, config),
+    }
+
+
+def main(args: BenchArgs) -> None:
+    """The command."""
+    console = Console()
+    with console.status("starting") as status:
+        result = bench(args, status.update)
+    if args.json is not None:
+        files.write_json(args.json, result)
+        if args.batches:
+            picture.draw(result, args.picture(args.json))
+    show(console, result)
+
+
+def show(console: Console, result: Mapping[str, Any]) -> None:
+    """``result``, as `bench` gives it, on the screen: a table for each batch."""
+    on_cpu = jax.default_backend() == "cpu"
+    for row in result["batches"]:
+        if "skipped" in row:
+            console.print(f"{row['walkers']} walkers left out: {row['skipped']}", highlight=False)
+        else:
+            console.print(_table(row, absolute=not on_cpu))
+    hardware = ", ".join(dict.fromkeys(result["hardware"]["devices"]))
+    console.print(
+        f"{hardware}; {result['hardware']['cores']} cores; jax {result['versions']['jax']}, "
+        f"mujoco-mjx {result['versions']['mujoco-mjx']}; "
+        f"peak memory {result['memory']['peak_rss_mb']:,.0f} MB",
+        highlight=False,
+    )
+
+
+def _table(row: Mapping[str, Any], absolute: bool) -> Table:
+    table = Table(
+        title=f"{row['walkers']} walkers, {row['ticks_per_call']} ticks a call",
+        caption="* from the compilation cache; flop and bytes by XLA's analysis, MB of one device",
+    )
+    table.add_column("stage, each with all before it", no_wrap=True)
+    headings = ["of bare", "adds, of training", "of C MuJoCo"]
+    headings += ["ticks/s"] if absolute else []
+    headings += ["kflop/tick", "kB/tick", "of peak flop/s", "of peak B/s", "MB", "compile, s"]
+    for heading in headings:
+        table.add_column(heading, justify="right")
+    for name, one in row["programs"].items():
+        held = one["memory_bytes"]
+        table.add_row(
+            name.replace("_", " "),
+            f"{one['of_bare']:.2f}",
+            f"{one['added_share']:.1%}",
+            f"{one['of_c_mujoco']:.2f}",
+            *([f"{one['physics_steps_per_second']:,.0f}"] if absolute else []),
+            _told(one["flops_per_tick"], 1e-3, ",.1f"),
+            _told(one["bytes_per_tick"], 1e-3, ",.1f"),
+            _told(one["of_peak_flops"], 1.0, ".1%"),
+            _told(one["of_peak_bytes"], 1.0, ".1%"),
+            "-" if held is None else f"{(held['argument'] + held['temp']) / 1e6:,.0f}",
+            f"{one['compile_seconds']:.1f}{'*' if one['compile_cached'] else ' '}",
+        )
+    table.add_section()
+    for name, what in ((C_LIMITED, "C MuJoCo, as many iterations"), (C_CONVERGED, "C MuJoCo, converged")):
+        one = row["limits"][name]
+        rate = [f"{one['physics_steps_per_second']:,.0f}"] if absolute else []
+        own = one["of_bare"] / row["limits"][C_LIMITED]["of_bare"]
+        table.add_row(what, f"{one['of_bare']:.2f}", "", f"{own:.2f}", *rate)
+    return table
+
+
+def _told(value: float | None, unit: float, form: str) -> str:
+    return "-" if value is None else f"{value * unit:{form}}"

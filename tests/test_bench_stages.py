@@ -1,0 +1,206 @@
+"""What a tick is made of: each stage moves the walkers as the package does, and tells all it should."""
+
+import dataclasses
+import json
+from functools import partial
+
+import jax
+import numpy as np
+import pytest
+from rich.console import Console
+
+from jaxwalk import pushes, walker
+from jaxwalk.bench import batches, command, picture, programs, scaling, stages
+from jaxwalk.cli.bench import BenchArgs
+from jaxwalk.cli.parse import parse
+from jaxwalk.config import Config
+from jaxwalk.errors import UserError
+from jaxwalk.stepper import Task
+
+SIZE = 2 * jax.device_count()  # that of tests/test_bench.py, whose compiled programs serve here again
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("bench")
+    scaling.main(BenchArgs(batches=(float(SIZE),), seconds=0.01, json=path / "b.json"))
+    return path
+
+
+@pytest.fixture(scope="module")
+def result(folder):
+    return json.loads((folder / "b.json").read_text())
+
+
+def test_a_batch_tells_speed_memory_and_cost_of_each_program(result):
+    (row,) = result["batches"]
+    assert (row["walkers"], list(row["programs"])) == (SIZE, ["mjx_step", "tick", "training_loop"])
+    bare = row["programs"]["mjx_step"]
+    for one in row["programs"].values():
+        steps = row["walkers"] * row["ticks_per_call"]
+        assert one["physics_steps_per_second"] == pytest.approx(steps / np.median(one["round_seconds"]))
+        assert one["of_bare"] == one["physics_steps_per_second"] / bare["physics_steps_per_second"]
+        assert one["memory_bytes"]["argument"] > 0 and one["memory_bytes"]["temp"] > 0
+        assert one["compile_seconds"] > 0
+        # A step of nine degrees of freedom by three iterations is thousands of operations, not millions.
+        assert 1e3 < one["flops_per_tick"] < 1e6 and 1e3 < one["bytes_per_tick"] < 1e8
+        assert one["of_peak_flops"] > 0 and one["of_peak_bytes"] > 0
+    assert row["programs"]["tick"]["flops_per_tick"] > bare["flops_per_tick"]
+    assert row["programs"]["training_loop"]["updates_per_second"] > 0
+
+
+def test_shares_of_the_stages_make_the_whole(result):
+    (row,) = result["batches"]
+    programs = row["programs"].values()
+    whole = np.array(row["programs"]["training_loop"]["round_seconds"])
+    rounds = np.diff([np.zeros_like(whole), *(one["round_seconds"] for one in programs)], axis=0) / whole
+    np.testing.assert_allclose([one["added_share"] for one in programs], np.median(rounds, axis=1))
+    np.testing.assert_allclose(rounds.sum(axis=0), 1.0)
+
+
+def test_c_mujoco_is_the_limit_beside_it(result):
+    (row,) = result["batches"]
+    limit = row["limits"]["c_mujoco"]["physics_steps_per_second"]
+    for one in row["programs"].values():
+        assert one["of_c_mujoco"] == one["physics_steps_per_second"] / limit
+    assert row["limits"]["c_mujoco_threads"] == jax.device_count()
+    assert row["limits"]["flops_per_second_of_a_device"] > 1e8
+    assert row["limits"]["bytes_per_second_of_a_device"] > 1e8
+
+
+def test_it_is_shown_and_drawn(folder, result, capsys):
+    scaling.show(Console(width=200), result)
+    shown = capsys.readouterr().out
+    for word in ("mjx step", "training loop", "C MuJoCo, converged", "of peak flop/s"):
+        assert word in shown
+    assert (folder / "b.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_curves_are_in_units_of_the_smallest_batch():
+    def row(walkers, bare, c):
+        limit = {"physics_steps_per_second": c}
+        one = {"physics_steps_per_second": bare, "of_c_mujoco": bare / c}
+        return {
+            "walkers": walkers,
+            "programs": {"mjx_step": one},
+            "limits": {"c_mujoco": limit, "c_mujoco_converged": limit},
+        }
+
+    # The second batch's rounds met a machine half as fast, by C's rate: its bare step is twice as fast.
+    told = {"batches": [row(64, 10.0, 40.0), {"walkers": 128, "skipped": "no room"}, row(256, 10.0, 20.0)]}
+    assert picture.curves(told, absolute=False)["mjx_step"] == [(64, 1.0), (256, 2.0)]
+    assert picture.curves(told, absolute=False)["c_mujoco"] == [(64, 4.0), (256, 4.0)]
+    assert picture.curves(told, absolute=True)["mjx_step"] == [(64, 10.0), (256, 10.0)]
+
+
+def test_a_batch_without_room_is_left_out_and_said(monkeypatch, result, capsys):
+    class Compiled:
+        def memory_analysis(self):
+            sizes = {"argument": 1, "output": 2**60, "temp": 2**60, "alias": 0}
+            return type("M", (), {f"{name}_size_in_bytes": size for name, size in sizes.items()})
+
+    said = batches._too_large(Compiled(), 1)
+    assert "MB are free" in said
+    told = {**result, "batches": [{"walkers": 7, "skipped": said}]}
+    scaling.show(Console(width=200), told)
+    assert "7 walkers left out: needs" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("argv", "says"),
+    [
+        ("--batches 64,64", "ascending numbers, each once"),
+        ("--batches 256,64", "ascending numbers, each once"),
+        ("--batches 0", "a whole number, 1 or more"),
+        ("--batches 1.5", "give whole numbers"),
+        ("--batches many", "no list of numbers"),
+        ("--batches 64 --walkers 8", "leave one of the two out"),
+        ("--stages True --deploy shipped", "leave --stages and --batches out"),
+        ("--batches 64 --json no/where.json", "no folder no"),
+    ],
+)
+def test_wrong_options_are_told_before_any_work(argv, says):
+    with pytest.raises(UserError, match=says):
+        parse(BenchArgs, argv.split(), "bench").check()
+
+
+def test_a_batch_that_the_devices_cannot_share_is_refused(monkeypatch):
+    monkeypatch.setattr(scaling.devices, "mesh", lambda: type("Mesh", (), {"size": 3}))
+    with pytest.raises(UserError, match="--batches 64: give a multiple of the 3 devices"):
+        scaling.bench(BenchArgs(batches=(63.0, 64.0)))
+
+
+def test_the_stages_of_one_walker_go_one_way():
+    """Without noise and pushes the plant goes through the same motion, stage by stage."""
+    config = Config(sensors=dataclasses.replace(Config().sensors, noise=0.0))
+    task, windows = Task.of(config), 4
+    ticks = windows * task.setup.window_ticks
+    state = jax.jit(partial(programs.spawn, config, task))(jax.random.key(0))
+    body = state.walker
+    assert body.push.start == pushes.NEVER
+
+    def recorded(body):
+        """`walker.tick`, and what it commands."""
+
+        def tick(body, _):
+            _, control, _ = walker.drive(task.setup, body)
+            return walker.tick(task.setup, walker.model(task.setup, body.person), body)[0], control
+
+        return jax.lax.scan(tick, body, length=ticks)
+
+    walked, commands = jax.jit(recorded)(body)
+    ran = {
+        stages.PLANT: jax.jit(partial(stages.plant_steps, task))(body, commands),
+        stages.SENSORS: jax.jit(partial(stages.sensed_steps, task))(body, commands),
+        stages.GAIT: jax.jit(partial(stages.controlled_ticks, task, ticks))(body),
+        stages.PUSHES: jax.jit(partial(stages.body_ticks, task, windows))(body),
+    }
+    plants = {name: after if name == stages.PLANT else after.plant for name, after in ran.items()}
+    for name, plant in plants.items():
+        np.testing.assert_allclose(plant.qpos, walked.plant.qpos, atol=1e-4, err_msg=name)
+        np.testing.assert_allclose(plant.qvel, walked.plant.qvel, atol=1e-2, err_msg=name)
+    assert abs(walked.plant.qpos[0] - body.plant.qpos[0]) > 0.05  # they moved at all
+    for name in (stages.SENSORS, stages.GAIT, stages.PUSHES):
+        np.testing.assert_allclose(ran[name].estimate.speed, walked.estimate.speed, atol=1e-3, err_msg=name)
+    assert ran[stages.PUSHES].tick == ran[stages.GAIT].tick == ticks
+
+
+@pytest.mark.slow
+def test_training_up_to_a_stage_collects_what_the_whole_of_it_does():
+    """Before the first update nothing tells the loop with updates from the one without."""
+    base = command.configured(SIZE)
+    config = dataclasses.replace(
+        base,
+        train=dataclasses.replace(base.train, windows_per_report=50),
+        ddpg=dataclasses.replace(base.ddpg, warmup=10**6, normalize_observations=False),
+    )
+    mesh = batches.devices.mesh(SIZE)
+    after = {}
+    for name in (stages.POLICY, stages.REPLAY, stages.LOOP):
+        state = batches.loop.init(config, mesh, 0)
+        after[name] = stages.of_training(name, config, mesh)(state)
+    whole, replay, policy = (after[name] for name in (stages.LOOP, stages.REPLAY, stages.POLICY))
+    assert whole.counts.footsteps > 0 and whole.learner.updates == 0
+    assert int(whole.replay.size.sum()) == whole.footsteps
+    assert int(policy.replay.size.sum()) == 0
+    for other in (replay, policy):
+        np.testing.assert_allclose(other.counts.footsteps, whole.counts.footsteps)
+        np.testing.assert_allclose(
+            other.steppers.walker.plant.qpos, whole.steppers.walker.plant.qpos, atol=1e-3
+        )
+    np.testing.assert_allclose(replay.replay.rows.reward, whole.replay.rows.reward, atol=1e-3)
+    np.testing.assert_array_equal(replay.replay.size, whole.replay.size)
+
+
+@pytest.mark.slow
+def test_all_stages_over_two_batches(tmp_path):
+    path = tmp_path / "s.json"
+    scaling.main(BenchArgs(stages=True, batches=(float(SIZE), 2.0 * SIZE), seconds=0.01, json=path))
+    told = json.loads(path.read_text())
+    assert list(told["stages"]) == list(stages.STAGES)
+    assert [row["walkers"] for row in told["batches"]] == [SIZE, 2 * SIZE]
+    for row in told["batches"]:
+        assert list(row["programs"]) == list(stages.STAGES)
+        for name in (stages.WINDOWS, stages.POLICY, stages.REPLAY, "training_loop"):
+            assert row["programs"][name]["footsteps_per_second"] > 0
+    assert path.with_suffix(".png").exists()
