@@ -131,18 +131,21 @@ def measure(
             rows.append({"walkers": walkers, "skipped": why})
             continue
         turns = {name: one.program for name, one in built.items()}
-        for name, one in in_c.items():
-            turns[name] = Program(_limit(one.run), 0.0, False)
-        for name, (run, _) in machine.items():
-            turns[name] = Program(_limit(run), 0.0, False)
+        beside = {name: Program(_limit(one.run), 0.0, False) for name, one in in_c.items()}
+        beside |= {name: Program(_limit(run), 0.0, False) for name, (run, _) in machine.items()}
         tell(f"{walkers} walkers, first calls")
-        for program in turns.values():
+        for program in (*turns.values(), *beside.values()):
             program.run()
-        take_turns(turns, seconds, lambda what, n=walkers: tell(f"{n} walkers, {what}"))
+        say = partial(_say, tell, f"{walkers} walkers, ")
+        take_turns(turns, seconds, say, tuple(beside.values()))
         work = {name: float(one.steps) for name, one in in_c.items()}
         work |= {name: amount for name, (_, amount) in machine.items()}
-        rows.append(_row(sized, mesh.size, threads, built, turns, work))
+        rows.append(_row(sized, mesh.size, threads, built, turns | beside, work))
     return rows
+
+
+def _say(tell: Callable[[str], None], of: str, what: str) -> None:
+    tell(of + what)
 
 
 def _limit(run: Callable[[], Any]) -> Callable[[], tuple[float, float]]:
@@ -263,7 +266,7 @@ def _row(
     rate = {
         name: program.rate([work.get(name, steps)] * len(program.seconds)) for name, program in turns.items()
     }
-    solver = (float(config.physics.iterations), float(config.physics.ls_iterations))
+    solver = float(config.physics.iterations)
     programs, before = {}, None
     for name, one in built.items():
         program = one.program

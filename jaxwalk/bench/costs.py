@@ -7,7 +7,7 @@ alone, so that every figure is XLA's own; only the turns are multiplied in.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,8 +16,9 @@ import jax
 _HEAD = re.compile(r"^(ENTRY )?%?([\w.\-]+) \(.*\) -> .* \{$")
 _LOOP = re.compile(r" while\(.*condition=%?([\w.\-]+), body=%?([\w.\-]+)")
 _TURNS = re.compile(r'"known_trip_count":\{"n":"(\d+)"\}')
-_CALLED = re.compile(r"(?:calls|to_apply|true_computation|false_computation)=%?([\w.\-]+)")
-_BRANCHES = re.compile(r"branch_computations=\{([^}]*)\}")
+_CALLED = re.compile(r"(?:calls|to_apply|true_computation|false_computation|select|scatter)=%?([\w.\-]+)")
+_BRANCHES = re.compile(r"(?:branch|called)_computations=\{([^}]*)\}")
+_METADATA = re.compile(r', metadata=\{(?:[^{}"]|"[^"]*")*\}')
 
 
 @dataclass(frozen=True)
@@ -39,17 +40,16 @@ class Cost:
         return Cost(self.flops * times, self.bytes * times)
 
 
-def of(compiled: Any, open_loops: Sequence[float], last_loop: float = 0.0) -> Cost | None:
+def of(compiled: Any, solver: float, others: float = 0.0) -> Cost | None:
     """What one call of ``compiled`` costs.
 
     Args:
       compiled: of ``jax.jit(...).lower(...).compile()``.
-      open_loops: how often a loop turns that ends by its data, the outer ones first: of those that hold
-        each other, as the physics' solver (Newton iterations, and a line search in each).
-      last_loop: the same for such a loop that neither holds another nor lies in one (the updates).
+      solver: how often a loop of MJX's solver turns, which its data end.
+      others: the same of any other such loop (the updates).
 
     Returns:
-      None where this JAX has no such analysis, or the program no text.
+      None where this JAX has no such analysis, or the program no text that it reads.
     """
     try:
         from jaxlib import _hlo
@@ -63,83 +63,80 @@ def of(compiled: Any, open_loops: Sequence[float], last_loop: float = 0.0) -> Co
         return Cost(told.get("flops", 0.0), told.get("bytes accessed", 0.0))
 
     text = compiled.as_text()
-    return None if text is None else _Program(text, analyse, tuple(open_loops), last_loop).total()
+    if text is None:
+        return None
+    try:
+        return _Program(text, analyse, solver, others).total()
+    except jax.errors.JaxRuntimeError:  # it cannot read its own text: better no figure than no measurement
+        return None
 
 
 class _Program:
     """The computations of a program's text, and what each costs."""
 
-    def __init__(self, text: str, analyse: Any, open_loops: tuple[float, ...], last_loop: float) -> None:
-        self.analyse, self.open_loops, self.last_loop = analyse, open_loops, last_loop
+    def __init__(self, text: str, analyse: Callable[[str], Cost], solver: float, others: float) -> None:
+        self.analyse, self.solver, self.others = analyse, solver, others
         self.bodies: dict[str, list[str]] = {}
         self.entry = name = ""
+        parted = re.search(r", num_partitions=\d+", text.split("\n", 1)[0])
+        self.head = f"HloModule program{parted[0] if parted else ''}"
         for line in text.splitlines():
             if head := _HEAD.match(line):
                 name = head[2]
-                self.bodies[name] = []
+                self.bodies[name] = [line.removeprefix("ENTRY ")]
                 self.entry = name if head[1] else self.entry
             elif name:
                 self.bodies[name].append(line)
-        self.plain = self._enterable(text)
         self._known: dict[str, Cost] = {}
 
-    @staticmethod
-    def _enterable(text: str) -> str:
-        """The program with no computation as its entry, nor what is said of that one."""
-        text = re.sub(
-            r", (entry_computation_layout|allow_spmd\w+|alias_passthrough\w*)=\{.*$", "", text, flags=re.M
-        )
-        return re.sub(r"^ENTRY ", "", text, flags=re.M)
+    def total(self) -> Cost:
+        return self.once(self.entry) + self.more(self.entry)
 
     def once(self, name: str) -> Cost:
         """By XLA's analysis, every loop within turning once."""
         if name not in self._known:
-            head = re.compile(rf"^(?=%?{re.escape(name)} \()", re.M)
-            self._known[name] = self.analyse(head.sub("ENTRY ", self.plain, count=1))
+            self._known[name] = self.analyse(self.alone(name))
         return self._known[name]
 
-    def total(self) -> Cost:
-        return self.once(self.entry) + self.more(self.entry, 0)
+    def alone(self, name: str) -> str:
+        """The text of a program that is the computation ``name`` and what it calls."""
+        needed, open_ = {name}, [name]
+        while open_:
+            found = {part for line in self.bodies[open_.pop()] for part in _called(line)} - needed
+            needed |= found
+            open_ += found
+        lines = [self.head]
+        for one, body in self.bodies.items():  # in their order: what is called comes first
+            if one in needed:
+                lines += [f"ENTRY {body[0]}" if one == name else body[0], *body[1:]]
+        return _METADATA.sub("", "\n".join(lines))
 
-    def more(self, name: str, depth: int) -> Cost:
-        """What the loops in ``name``, and in all that it calls, cost beyond their first turn.
-
-        Args:
-          depth: how many open loops it lies in.
-        """
+    def more(self, name: str) -> Cost:
+        """What the loops in ``name``, and in all that it calls, cost beyond their first turn."""
         found = Cost()
-        for line in self.bodies.get(name, ()):
+        for line in self.bodies[name]:
             if loop := _LOOP.search(line):
-                known = _TURNS.search(line)
-                turns = float(known[1]) if known else self._turns(loop[2], depth)
-                within = depth if known else depth + 1
-                turn = Cost()
+                turns = self.turns(line)
                 for part in loop.groups():
-                    turn += self.once(part)
-                    found += self.more(part, within) * turns
-                found += turn * (turns - 1)
-            elif branches := _BRANCHES.search(line):
-                parts = [self.more(part.strip(" %"), depth) for part in branches[1].split(",")]
-                found += max(parts, key=lambda cost: cost.flops)  # XLA, too, counts the dearest branch
+                    found += self.once(part) * (turns - 1) + self.more(part) * turns
+            elif " conditional(" in line:  # XLA, too, counts the dearest branch
+                found += max(map(self.more, _called(line)), key=lambda cost: cost.flops)
             else:
-                for part in _CALLED.findall(line):
-                    found += self.more(part, depth)
+                for part in _called(line):
+                    found += self.more(part)
         return found
 
-    def _turns(self, body: str, depth: int) -> float:
-        alone = depth == 0 and not self._holds_open(body)
-        if alone or not self.open_loops:
-            return self.last_loop
-        return self.open_loops[min(depth, len(self.open_loops) - 1)]
+    def turns(self, line: str) -> float:
+        """Of the loop in ``line``."""
+        if known := _TURNS.search(line):
+            return float(known[1])
+        return self.solver if "solve/while" in line else self.others
 
-    def _holds_open(self, name: str) -> bool:
-        for line in self.bodies.get(name, ()):
-            loop = _LOOP.search(line)
-            if loop and not _TURNS.search(line):
-                return True
-            parts = [*(loop.groups() if loop else ()), *_CALLED.findall(line)]
-            if branches := _BRANCHES.search(line):
-                parts += [part.strip(" %") for part in branches[1].split(",")]
-            if any(self._holds_open(part) for part in parts):
-                return True
-        return False
+
+def _called(line: str) -> list[str]:
+    """The computations that an instruction names."""
+    loop, branches = _LOOP.search(line), _BRANCHES.search(line)
+    named = [*loop.groups()] if loop else []
+    if branches:
+        named += [part.strip(" %") for part in branches[1].split(",")]
+    return named + _CALLED.findall(line)

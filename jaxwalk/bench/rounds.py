@@ -8,7 +8,7 @@ from __future__ import annotations
 import contextlib
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -86,11 +86,20 @@ class Builder:
         return program, (time.perf_counter() - begun, self.hits > before)
 
 
-def take_turns(programs: dict[str, Program], seconds: float, tell: Callable[[str], None]) -> None:
-    """Round by round, until each was timed for ``seconds`` or `MIN_ROUNDS` calls, whichever is more."""
+def take_turns(
+    programs: dict[str, Program],
+    seconds: float,
+    tell: Callable[[str], None],
+    beside: Sequence[Program] = (),
+) -> None:
+    """Round by round, until each was timed for ``seconds`` or `MIN_ROUNDS` calls, whichever is more.
+
+    Args:
+      beside: have their turns in every round, too, and do not tell when it is enough.
+    """
     while any(len(p.seconds) < MIN_ROUNDS or sum(p.seconds) < seconds for p in programs.values()):
         tell(f"round {1 + min(len(p.seconds) for p in programs.values())}")
-        for program in programs.values():
+        for program in (*programs.values(), *beside):
             program.time()
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-import jax
 from rich.console import Console
 from rich.table import Table
 
@@ -56,7 +55,7 @@ def main(args: BenchArgs) -> None:
 
 def show(console: Console, result: Mapping[str, Any]) -> None:
     """``result``, as `bench` gives it, on the screen: a table for each batch."""
-    on_cpu = jax.default_backend() == "cpu"
+    on_cpu = picture.on_cpu(result)
     for row in result["batches"]:
         if "skipped" in row:
             console.print(f"{row['walkers']} walkers left out: {row['skipped']}", highlight=False)
