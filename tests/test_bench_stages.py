@@ -44,9 +44,10 @@ def test_a_batch_without_room_is_left_out_and_said():
             sizes = {"argument": 1, "output": 2**60, "temp": 2**60, "alias": 0}
             return type("M", (), {f"{name}_size_in_bytes": size for name, size in sizes.items()})
 
-    said = batches._too_large(Compiled(), 1)
+    said = batches._too_large(Compiled(), 1) or ""
     assert "MB are free" in said
-    console = Console(width=200, file=io.StringIO())
+    told = io.StringIO()
+    console = Console(width=200, file=told)
     scaling.show(
         console,
         {
@@ -56,7 +57,7 @@ def test_a_batch_without_room_is_left_out_and_said():
             "memory": {"peak_rss_mb": 1.0},
         },
     )
-    assert "7 walkers left out: needs" in console.file.getvalue()
+    assert "7 walkers left out: needs" in told.getvalue()
 
 
 @pytest.mark.parametrize(

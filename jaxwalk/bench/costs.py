@@ -6,6 +6,7 @@ alone, so that every figure is XLA's own; only the turns are multiplied in.
 
 from __future__ import annotations
 
+import importlib
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -52,14 +53,14 @@ def of(compiled: Any, solver: float, others: float = 0.0) -> Cost | None:
       None where this JAX has no such analysis, or the program no text that it reads.
     """
     try:
-        from jaxlib import _hlo
-        from jaxlib._jax import hlo_module_cost_analysis
-    except ImportError:
+        parse = importlib.import_module("jaxlib._hlo").hlo_module_from_text
+        cost_analysis = importlib.import_module("jaxlib._jax").hlo_module_cost_analysis
+    except (ImportError, AttributeError):  # neither is public
         return None
     client = jax.devices()[0].client
 
     def analyse(text: str) -> Cost:
-        told = hlo_module_cost_analysis(client, _hlo.hlo_module_from_text(text))
+        told = cost_analysis(client, parse(text))
         return Cost(told.get("flops", 0.0), told.get("bytes accessed", 0.0))
 
     text = compiled.as_text()

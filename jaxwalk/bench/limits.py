@@ -65,10 +65,11 @@ class Rollouts:
 
     def run(self) -> np.ndarray:
         """[B, T, S] the states."""
-        return rollout.rollout(
+        states, _ = rollout.rollout(
             self.models, self.data, self.state, self.control, initial_warmstart=self.warmstart,
             persistent_pool=True,
-        )[0]  # fmt: skip
+        )  # fmt: skip
+        return np.asarray(states)
 
 
 def product(mesh: Mesh) -> tuple[Callable[[], Any], float]:

@@ -56,8 +56,9 @@ def draw(result: Mapping[str, Any], path: Path) -> None:
     found = curves(result, absolute)
     for name, points in found.items():
         label, line = _LIMITS.get(name, (name.replace("_", " "), "-"))
-        style = {"color": "0.5"} if name in _LIMITS else {"marker": "o", "markersize": 4}
-        axes.plot(*zip(*points, strict=True), line, label=label, linewidth=1.6, **style)
+        grey, marker = ("0.5", "") if name in _LIMITS else (None, "o")
+        sizes, rates = zip(*points, strict=True)
+        axes.plot(sizes, rates, line, label=label, linewidth=1.6, color=grey, marker=marker, markersize=4)
     axes.set_xscale("log", base=2)
     axes.set_yscale("log")
     sizes = sorted({size for points in found.values() for size, _ in points})
