@@ -38,6 +38,12 @@ def test_curves_are_in_units_of_the_smallest_batch():
     assert picture.curves(told, absolute=True)["mjx_step"] == [(64, 10.0), (256, 10.0)]
 
 
+def test_a_call_of_a_large_batch_is_shorter():
+    windows = {size: batches.windows_of(size, Config()) for size in (64, 256, 4096, 16384, 2**20)}
+    assert windows[64] == windows[256] == Config().train.windows_per_report
+    assert windows[256] > windows[4096] > windows[16384] >= windows[2**20] == 1
+
+
 def test_a_batch_without_room_is_left_out_and_said():
     class Compiled:
         def memory_analysis(self):

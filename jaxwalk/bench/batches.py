@@ -134,8 +134,14 @@ def measure(
         beside = {name: Program(_limit(one.run), 0.0, False) for name, one in in_c.items()}
         beside |= {name: Program(_limit(run), 0.0, False) for name, (run, _) in machine.items()}
         tell(f"{walkers} walkers, first calls")
-        for program in (*turns.values(), *beside.values()):
-            program.run()
+        try:
+            for program in (*turns.values(), *beside.values()):
+                program.run()
+        except jax.errors.JaxRuntimeError as error:
+            if "RESOURCE_EXHAUSTED" not in str(error):
+                raise
+            rows.append({"walkers": walkers, "skipped": "the memory is exhausted"})
+            continue
         say = partial(_say, tell, f"{walkers} walkers, ")
         take_turns(turns, seconds, say, tuple(beside.values()))
         work = {name: float(one.steps) for name, one in in_c.items()}
