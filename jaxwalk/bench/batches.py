@@ -283,12 +283,14 @@ def _row(
             "physics_steps_per_second": rate[name],
             "of_bare": rate[name] / rate[BARE],
             "of_c_mujoco": rate[name] / rate[limits.C_LIMITED],
-            "added_share": _added(turns[name], before, turns[LOOP]),
+            "added_share": _added("seconds", turns[name], before, turns[LOOP]),
+            "added_processor_share": _added("processor", turns[name], before, turns[LOOP]),
             "footsteps_per_second": program.rate(program.footsteps) if any(program.footsteps) else None,
             "updates_per_second": program.rate(program.updates) if name == LOOP else None,
             "compile_seconds": program.compile_seconds,
             "compile_cached": program.cached,
             "round_seconds": program.seconds,
+            "round_processor_seconds": program.processor,
             "memory_bytes": memory(one.compiled),
             "flops_per_tick": None if cost is None else cost.flops * devices / steps,
             "bytes_per_tick": None if cost is None else cost.bytes * devices / steps,
@@ -315,12 +317,12 @@ def _row(
     }
 
 
-def _added(program: Program, before: Program | None, whole: Program) -> float:
-    """Median over the rounds of the time that it takes longer than the stage before, as a share of all."""
-    rounds = zip(
-        program.seconds,
-        before.seconds if before else [0.0] * len(program.seconds),
-        whole.seconds,
-        strict=True,
-    )
-    return statistics.median((mine - less) / all_of_it for mine, less, all_of_it in rounds)
+def _added(what: str, program: Program, before: Program | None, whole: Program) -> float:
+    """Median over the rounds of what it takes beyond the stage before, as a share of what all take.
+
+    Args:
+      what: "seconds", or of the "processor".
+    """
+    mine, all_ = getattr(program, what), getattr(whole, what)
+    less = getattr(before, what) if before else [0.0] * len(mine)
+    return statistics.median((m - b) / a for m, b, a in zip(mine, less, all_, strict=True))

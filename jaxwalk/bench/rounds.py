@@ -41,6 +41,7 @@ class Program:
       run: one call, from nothing, finished when it returns; gives footsteps and updates made.
       compile_seconds: tracing included. cached: the compiled program came from JAX's cache.
       seconds, footsteps, updates: of each round.
+      processor: of each round, s of all of this process's threads: what others take does not count.
     """
 
     run: Callable[[], tuple[float, float]]
@@ -49,11 +50,13 @@ class Program:
     seconds: list[float] = field(default_factory=list)
     footsteps: list[float] = field(default_factory=list)
     updates: list[float] = field(default_factory=list)
+    processor: list[float] = field(default_factory=list)
 
     def time(self) -> None:
-        begun = time.perf_counter()
+        begun, spent = time.perf_counter(), time.process_time()
         footsteps, updates = self.run()
         self.seconds.append(time.perf_counter() - begun)
+        self.processor.append(time.process_time() - spent)
         self.footsteps.append(footsteps)
         self.updates.append(updates)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
@@ -54,13 +54,13 @@ def main(args: BenchArgs) -> None:
 
 
 def show(console: Console, result: Mapping[str, Any]) -> None:
-    """``result``, as `bench` gives it, on the screen: a table for each batch."""
-    on_cpu = picture.on_cpu(result)
+    """``result``, as `bench` gives it, on the screen: tables of time and of cost for each batch."""
     for row in result["batches"]:
         if "skipped" in row:
             console.print(f"{row['walkers']} walkers left out: {row['skipped']}", highlight=False)
         else:
-            console.print(_table(row, absolute=not on_cpu))
+            console.print(_times(row, on_cpu=picture.on_cpu(result)))
+            console.print(_costs(row))
     hardware = ", ".join(dict.fromkeys(result["hardware"]["devices"]))
     console.print(
         f"{hardware}; {result['hardware']['cores']} cores; jax {result['versions']['jax']}, "
@@ -70,38 +70,52 @@ def show(console: Console, result: Mapping[str, Any]) -> None:
     )
 
 
-def _table(row: Mapping[str, Any], absolute: bool) -> Table:
-    table = Table(
-        title=f"{row['walkers']} walkers, {row['ticks_per_call']} ticks a call",
-        caption="* from the compilation cache; flop and bytes by XLA's analysis, MB of one device",
-    )
-    table.add_column("stage, each with all before it", no_wrap=True)
-    headings = ["of bare", "adds, of training", "of C MuJoCo"]
-    headings += ["ticks/s"] if absolute else []
-    headings += ["kflop/tick", "kB/tick", "of peak flop/s", "of peak B/s", "MB", "compile, s"]
+def _empty(title: str, caption: str, headings: Sequence[str]) -> Table:
+    table = Table(title=title, caption=caption)
+    table.add_column("with all before it", no_wrap=True)
     for heading in headings:
         table.add_column(heading, justify="right")
+    return table
+
+
+def _times(row: Mapping[str, Any], on_cpu: bool) -> Table:
+    """Ratios; on a GPU rates too. On a CPU what a stage adds is also told in processor time."""
+    headings = ["of bare", "of C", "adds", "adds, CPU" if on_cpu else "ticks/s", "compile, s"]
+    caption = "adds: share of training's time; * from the compilation cache"
+    table = _empty(f"{row['walkers']} walkers, {row['ticks_per_call']} ticks a call", caption, headings)
+    for name, one in row["programs"].items():
+        processor, rate = f"{one['added_processor_share']:.1%}", f"{one['physics_steps_per_second']:,.0f}"
+        table.add_row(
+            name.replace("_", " "),
+            f"{one['of_bare']:.2f}",
+            f"{one['of_c_mujoco']:.2f}",
+            f"{one['added_share']:.1%}",
+            processor if on_cpu else rate,
+            f"{one['compile_seconds']:.1f}{'*' if one['compile_cached'] else ' '}",
+        )
+    table.add_section()
+    for name, what in ((C_LIMITED, "C, as many iterations"), (C_CONVERGED, "C, converged")):
+        one = row["limits"][name]
+        own = one["of_bare"] / row["limits"][C_LIMITED]["of_bare"]
+        rate = [] if on_cpu else ["", f"{one['physics_steps_per_second']:,.0f}"]
+        table.add_row(what, f"{one['of_bare']:.2f}", f"{own:.2f}", *rate)
+    return table
+
+
+def _costs(row: Mapping[str, Any]) -> Table:
+    """By XLA's analysis."""
+    headings = ["kflop/tick", "kB/tick", "of peak flop/s", "of peak B/s", "MB"]
+    table = _empty("", "by XLA's analysis; MB: arguments and scratch of one device", headings)
     for name, one in row["programs"].items():
         held = one["memory_bytes"]
         table.add_row(
             name.replace("_", " "),
-            f"{one['of_bare']:.2f}",
-            f"{one['added_share']:.1%}",
-            f"{one['of_c_mujoco']:.2f}",
-            *([f"{one['physics_steps_per_second']:,.0f}"] if absolute else []),
             _told(one["flops_per_tick"], 1e-3, ",.1f"),
             _told(one["bytes_per_tick"], 1e-3, ",.1f"),
             _told(one["of_peak_flops"], 1.0, ".1%"),
             _told(one["of_peak_bytes"], 1.0, ".1%"),
-            "-" if held is None else f"{(held['argument'] + held['temp']) / 1e6:,.0f}",
-            f"{one['compile_seconds']:.1f}{'*' if one['compile_cached'] else ' '}",
+            "-" if held is None else f"{(held['argument'] + held['temp']) / 1e6:,.1f}",
         )
-    table.add_section()
-    for name, what in ((C_LIMITED, "C MuJoCo, as many iterations"), (C_CONVERGED, "C MuJoCo, converged")):
-        one = row["limits"][name]
-        rate = [f"{one['physics_steps_per_second']:,.0f}"] if absolute else []
-        own = one["of_bare"] / row["limits"][C_LIMITED]["of_bare"]
-        table.add_row(what, f"{one['of_bare']:.2f}", "", f"{own:.2f}", *rate)
     return table
 
 
