@@ -90,6 +90,7 @@ def test_a_batch_that_the_devices_cannot_share_is_refused(monkeypatch):
         scaling.bench(BenchArgs(batches=(63.0, 64.0)))
 
 
+@pytest.mark.slow
 def test_the_stages_of_one_walker_go_one_way():
     """Without noise and pushes the plant goes through the same motion, stage by stage."""
     config = Config(sensors=dataclasses.replace(Config().sensors, noise=0.0))
