@@ -50,7 +50,8 @@ class Rollouts:
             for length, mass in zip(ratio.length, ratio.mass, strict=True)
         ]
         self.data = [mujoco.MjData(self.models[0]) for _ in range(threads)]
-        self.control = np.asarray(physics.layout(config.body).control(commands), np.float64)
+        control = jax.vmap(jax.vmap(physics.layout(config.body).control))(commands)
+        self.control = np.asarray(control, np.float64)
         plant = jax.tree.map(lambda x: np.asarray(x, np.float64), bodies.plant)
         self.warmstart = plant.warmstart
         self.state = np.zeros((len(self.models), mujoco.mj_stateSize(self.models[0], _STATE)))
