@@ -27,7 +27,7 @@ test: $(READY) ## the tests, the slow ones left out
 test-all: $(READY) ## all tests
 	$(BIN)/python -m pytest -q -n auto --dist loadfile -m "slow or not slow" $(ARGS)
 
-bench: $(READY) ## bare mjx.step, the whole tick and the training loop, measured
+bench: $(READY) ## bare mjx.step, the tick and training, measured (ARGS="--stages True", "--batches 64,256,1024,4096,16384")
 	$(BIN)/jaxwalk bench $(ARGS)
 
 report: $(READY) ## one page of everything about a policy (ARGS="runs/NAME --out page.html")

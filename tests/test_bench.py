@@ -8,16 +8,18 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from jaxwalk.bench import command, programs, rounds
+from jaxwalk.bench import command, programs, rounds, scaling
 from jaxwalk.cli.bench import BenchArgs
 from jaxwalk.config import Config
 from jaxwalk.stepper import Task
+
+SIZE = 2 * jax.device_count()
 
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
     path = tmp_path_factory.mktemp("bench") / "bench.json"
-    command.main(BenchArgs(walkers=2 * jax.device_count(), seconds=0.01, json=path))
+    command.main(BenchArgs(walkers=SIZE, seconds=0.01, json=path))
     return json.loads(path.read_text())
 
 
@@ -74,7 +76,71 @@ def test_it_says_what_it_was_measured_on(result):
     assert result["hardware"]["cores"] >= 1 and "jax" in result["versions"]
     assert result["memory"]["peak_rss_mb"] > 100 and "peak_device_mb" in result["memory"]
     walkers = result["config"]["train"]["walkers"]
-    assert result["options"] == {"walkers": walkers, "seconds": 0.01, "seed": 0, "deploy": None}
+    assert result["options"] == {
+        "walkers": walkers,
+        "seconds": 0.01,
+        "stages": False,
+        "batches": [],
+        "seed": 0,
+        "deploy": None,
+    }
+
+
+@pytest.fixture(scope="module")
+def batch_folder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("batch")
+    # The same programs as above: compiled once.
+    args = BenchArgs(batches=(float(SIZE),), seconds=0.01, json=path / "b.json")
+    scaling.main(args)
+    return path
+
+
+@pytest.fixture(scope="module")
+def batch(batch_folder):
+    return json.loads((batch_folder / "b.json").read_text())
+
+
+def test_a_batch_tells_speed_memory_and_cost_of_each_program(batch):
+    (row,) = batch["batches"]
+    assert (row["walkers"], list(row["programs"])) == (SIZE, ["mjx_step", "tick", "training_loop"])
+    bare = row["programs"]["mjx_step"]
+    for one in row["programs"].values():
+        steps = row["walkers"] * row["ticks_per_call"]
+        assert one["physics_steps_per_second"] == pytest.approx(steps / np.median(one["round_seconds"]))
+        assert one["of_bare"] == one["physics_steps_per_second"] / bare["physics_steps_per_second"]
+        assert one["memory_bytes"]["argument"] > 0 and one["memory_bytes"]["temp"] > 0
+        assert one["compile_seconds"] > 0
+        # A step of nine degrees of freedom by three iterations is thousands of operations, not millions.
+        assert 1e3 < one["flops_per_tick"] < 1e6 and 1e3 < one["bytes_per_tick"] < 1e8
+        assert one["of_peak_flops"] > 0 and one["of_peak_bytes"] > 0
+    assert row["programs"]["tick"]["flops_per_tick"] > bare["flops_per_tick"]
+    assert row["programs"]["training_loop"]["updates_per_second"] > 0
+
+
+def test_what_a_stage_adds_is_its_time_less_that_of_the_one_before(batch):
+    (row,) = batch["batches"]
+    programs = row["programs"].values()
+    whole = np.array(row["programs"]["training_loop"]["round_seconds"])
+    rounds = np.diff([np.zeros_like(whole), *(one["round_seconds"] for one in programs)], axis=0) / whole
+    np.testing.assert_allclose([one["added_share"] for one in programs], np.median(rounds, axis=1))
+
+
+def test_c_mujoco_is_the_limit_beside_it(batch):
+    (row,) = batch["batches"]
+    limit = row["limits"]["c_mujoco"]["physics_steps_per_second"]
+    for one in row["programs"].values():
+        assert one["of_c_mujoco"] == one["physics_steps_per_second"] / limit
+    assert row["limits"]["c_mujoco_threads"] == jax.device_count()
+    assert row["limits"]["flops_per_second_of_a_device"] > 1e8
+    assert row["limits"]["bytes_per_second_of_a_device"] > 1e8
+
+
+def test_it_is_shown_and_drawn(batch_folder, batch, capsys):
+    scaling.show(Console(width=200), batch)
+    shown = capsys.readouterr().out
+    for word in ("mjx step", "training loop", "C, converged", "of peak flop/s"):
+        assert word in shown
+    assert (batch_folder / "b.png").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.slow

@@ -17,6 +17,7 @@ from rich.table import Table
 
 from jaxwalk import files, results
 from jaxwalk.bench.rounds import BARE, LOOP, MAP, SAVING, TICK, Program, measure
+from jaxwalk.config import Config
 from jaxwalk.presets import PRESETS
 
 if TYPE_CHECKING:
@@ -25,13 +26,7 @@ if TYPE_CHECKING:
 
 def bench(args: BenchArgs, tell: Callable[[str], None] = lambda what: None) -> dict[str, Any]:
     """All of it, as the JSON that ``jaxwalk bench`` writes."""
-    preset = PRESETS["default"]
-    # Updates begin as soon as there is something to learn from; nothing else departs from `jaxwalk train`.
-    config = dataclasses.replace(
-        preset,
-        train=dataclasses.replace(preset.train, walkers=args.walkers),
-        ddpg=dataclasses.replace(preset.ddpg, warmup=args.walkers),
-    )
+    config = configured(args.walkers)
     with tempfile.TemporaryDirectory() as folder:
         programs = measure(config, args.seconds, args.seed, Path(folder), tell)
     ticks = config.train.windows_per_report * config.train.window_ticks
@@ -53,9 +48,20 @@ def bench(args: BenchArgs, tell: Callable[[str], None] = lambda what: None) -> d
         "checkpoint": _checkpoint(programs, config.train.checkpoint_seconds),
         "walkers": args.walkers,
         "ticks_per_call": ticks,
-        "memory": _memory(),
+        "memory": memory(),
         **results.stamp("bench", args, None, config),
     }
+
+
+def configured(walkers: int) -> Config:
+    """What is trained here."""
+    preset = PRESETS["default"]
+    # Updates begin as soon as there is something to learn from; nothing else departs from `jaxwalk train`.
+    return dataclasses.replace(
+        preset,
+        train=dataclasses.replace(preset.train, walkers=walkers),
+        ddpg=dataclasses.replace(preset.ddpg, warmup=walkers),
+    )
 
 
 def _checkpoint(programs: dict[str, Program], every: float) -> dict[str, float]:
@@ -65,7 +71,7 @@ def _checkpoint(programs: dict[str, Program], every: float) -> dict[str, float]:
     return {"seconds": cost, "every_seconds": every, "share": cost / every}
 
 
-def _memory() -> dict[str, float | None]:
+def memory() -> dict[str, float | None]:
     """Peaks since the process began, MB; None where the devices do not tell (CPUs)."""
     unit = 1 if sys.platform == "darwin" else 1024  # bytes there, KiB elsewhere
     stats = [device.memory_stats() for device in jax.local_devices()]

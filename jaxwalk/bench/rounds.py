@@ -8,7 +8,7 @@ from __future__ import annotations
 import contextlib
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -41,6 +41,7 @@ class Program:
       run: one call, from nothing, finished when it returns; gives footsteps and updates made.
       compile_seconds: tracing included. cached: the compiled program came from JAX's cache.
       seconds, footsteps, updates: of each round.
+      processor: of each round, s of all of this process's threads: what others take does not count.
     """
 
     run: Callable[[], tuple[float, float]]
@@ -49,11 +50,13 @@ class Program:
     seconds: list[float] = field(default_factory=list)
     footsteps: list[float] = field(default_factory=list)
     updates: list[float] = field(default_factory=list)
+    processor: list[float] = field(default_factory=list)
 
     def time(self) -> None:
-        begun = time.perf_counter()
+        begun, spent = time.perf_counter(), time.process_time()
         footsteps, updates = self.run()
         self.seconds.append(time.perf_counter() - begun)
+        self.processor.append(time.process_time() - spent)
         self.footsteps.append(footsteps)
         self.updates.append(updates)
 
@@ -62,15 +65,45 @@ class Program:
         return statistics.median(a / s for a, s in zip(amounts, self.seconds, strict=True))
 
 
-class _Hits:
-    """Counts the programs that JAX found in its cache."""
+class Builder:
+    """Compiles programs, and tells how long that took and which of them JAX found in its cache.
 
-    def __init__(self) -> None:
-        self.count = 0
+    Args:
+      tell: called with what is under way.
+    """
+
+    def __init__(self, tell: Callable[[str], None]) -> None:
+        self.hits = 0
+        self._tell = tell
         jax.monitoring.register_event_listener(self._hear)
 
     def _hear(self, event: str, **_: Any) -> None:
-        self.count += event == _CACHE_HIT
+        self.hits += event == _CACHE_HIT
+
+    def build(self, name: str, function: Any, *args: Any) -> tuple[Any, tuple[float, bool]]:
+        """``function``, jitted, compiled for ``args``; and what `Program` keeps of that."""
+        self._tell(f"compiling {name}")
+        begun = time.perf_counter()
+        lowered, before = function.lower(*args), self.hits
+        program = lowered.compile()
+        return program, (time.perf_counter() - begun, self.hits > before)
+
+
+def take_turns(
+    programs: dict[str, Program],
+    seconds: float,
+    tell: Callable[[str], None],
+    beside: Sequence[Program] = (),
+) -> None:
+    """Round by round, until each was timed for ``seconds`` or `MIN_ROUNDS` calls, whichever is more.
+
+    Args:
+      beside: have their turns in every round, too, and do not tell when it is enough.
+    """
+    while any(len(p.seconds) < MIN_ROUNDS or sum(p.seconds) < seconds for p in programs.values()):
+        tell(f"round {1 + min(len(p.seconds) for p in programs.values())}")
+        for program in (*programs.values(), *beside):
+            program.time()
 
 
 def measure(
@@ -90,14 +123,8 @@ def measure(
     mesh, task = devices.mesh(loop.rings(config)), Task.of(config)
     count = config.train.windows_per_report
     ticks = count * task.setup.window_ticks
-    hits = _Hits()
-
-    def build(name: str, function: Any, *args: Any) -> tuple[Any, tuple[float, bool]]:
-        tell(f"compiling {name}")
-        begun = time.perf_counter()
-        lowered, before = function.lower(*args), hits.count
-        program = lowered.compile()
-        return program, (time.perf_counter() - begun, hits.count > before)
+    builder = Builder(tell)
+    build = builder.build
 
     keys = jax.random.split(jax.random.key(seed), config.train.walkers)
     fresh = sharded(partial(spawn, config, task), mesh)(split(keys, mesh))
@@ -119,9 +146,9 @@ def measure(
     trials = runner.begin(mapper.config.gait, starts)
     told = (mapper.params, profile, jnp.int32(count))
     tell(f"compiling {MAP}")  # and its first call, short beside that: a program for each device
-    begun, before = time.perf_counter(), hits.count
+    begun, before = time.perf_counter(), builder.hits
     trials = jax.block_until_ready(runner.advance(*told, trials))
-    map_cost = time.perf_counter() - begun, hits.count > before
+    map_cost = time.perf_counter() - begun, builder.hits > before
 
     state = loop.init(config, mesh, seed)
     advance, loop_cost = build(LOOP, loop.make(config, mesh), state)
@@ -167,8 +194,5 @@ def measure(
         SAVING: Program(run_saving, *loop_cost),
     }
     with contextlib.closing(Store(folder, "bench")) as store:
-        while any(len(p.seconds) < MIN_ROUNDS or sum(p.seconds) < seconds for p in programs.values()):
-            tell(f"round {len(programs[LOOP].seconds) + 1}")
-            for program in programs.values():
-                program.time()
+        take_turns(programs, seconds, tell)
     return programs

@@ -131,8 +131,12 @@ def _initial_action(config: Config) -> tuple[float, ...]:
         return tuple(float(x) for x in footstep.nominal_action(who))
 
 
-def make(config: Config, mesh: Mesh):
-    """The compiled loop, TrainState -> TrainState, a report's windows further; it donates its input."""
+def make(config: Config, mesh: Mesh, remembers: bool = True, learns: bool = True):
+    """The compiled loop, TrainState -> TrainState, a report's windows further; it donates its input.
+
+    Args:
+      remembers, learns: parts that the benchmark leaves out: replay and statistics; the updates.
+    """
     task, share = Task.of(config), config.ddpg.batch_size // rings(config)
     total = float(config.train.footsteps)
 
@@ -156,10 +160,13 @@ def make(config: Config, mesh: Mesh):
             seconds=_sum(closed, steps.seconds),
         )
         sums = jax.lax.psum(sums, AXIS)
+        if remembers:
+            state = state.replace(
+                replay=replay.add(state.replay, steps.transition, closed),
+                learner=learner.observe(state.learner, steps.transition.observation, closed, axis_name=AXIS),
+            )
         return state.replace(
             steppers=steppers,
-            replay=replay.add(state.replay, steps.transition, closed),
-            learner=learner.observe(state.learner, steps.transition.observation, closed, axis_name=AXIS),
             counts=jax.tree.map(jnp.add, state.counts, sums),
             footsteps=state.footsteps + sums.footsteps,
             owed=state.owed + sums.footsteps * config.ddpg.updates_per_footstep,
@@ -185,7 +192,8 @@ def make(config: Config, mesh: Mesh):
 
     def turn(state: TrainState, _: None) -> tuple[TrainState, None]:
         key, collect_key, learn_key = jax.random.split(state.key, 3)
-        return learn(collect(state, collect_key), learn_key).replace(key=key), None
+        state = collect(state, collect_key)
+        return (learn(state, learn_key) if learns else state).replace(key=key), None
 
     def report(state: TrainState) -> TrainState:
         return jax.lax.scan(turn, state.replace(counts=_no_counts()), length=config.train.windows_per_report)[

@@ -56,6 +56,7 @@ BAD = [
     (["view", "fixed", "--noise", "-1"], ["--noise -1", "0 to 100"]),
     (["view", "fixed", "--seed", "-1"], ["--seed -1", "0 to 4294967295"]),
     (["bench", "--seconds", "0"], ["--seconds 0", "above 0"]),
+    (["bench", "--batches", "64,64"], ["--batches 64,64", "each once"]),
     (["evaluate", "fixed", "--seconds", "3"], ["--seconds 3", "5 to 3600"]),
     (["evaluate", "fixed", "--seed", "99999999999999999999"], ["--seed 9999", "0 to 4294967295"]),
     (["sensitivity", "fixed", "--out", "x", "--iterations", "1e30"], ["--iterations 1e+30", "1 to 1000"]),

@@ -36,6 +36,7 @@ CASES = [
     ("generalise", GeneraliseArgs("shipped", Path("n"), only=("mass", "force"), masses=(60.5,))),
     ("gait", GaitArgs("shipped", Path("g"), seconds=6.5)),
     ("bench", BenchArgs(walkers=3)),
+    ("bench", BenchArgs(stages=True, batches=(64.0, 256.0))),
     ("report", ReportArgs("shipped", Path("r.html"), quick=True, parts=("gait", "bench"))),
     ("paper", PaperArgs(Path("p"), policy="fixed", only=("speed", "loads"), trained=Path("docs/paper"))),
 ]
