@@ -7,7 +7,7 @@ gradients are averaged; on a CPU the devices are its cores.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 
 import jax
 import jax.numpy as jnp
@@ -78,7 +78,12 @@ def _specs() -> TrainState:
 
 def init(config: Config, mesh: Mesh, seed: int) -> TrainState:
     """A run at its start, laid out over the mesh."""
-    return jax.jit(_build(config, mesh), out_shardings=shardings(mesh))(jax.random.key(seed))
+    return _initial(config, mesh)(jax.random.key(seed))
+
+
+@cache
+def _initial(config: Config, mesh: Mesh) -> Callable[[PRNGKeyArray], TrainState]:
+    return jax.jit(_build(config, mesh), out_shardings=shardings(mesh))
 
 
 def layout(config: Config, mesh: Mesh) -> TrainState:
@@ -124,7 +129,14 @@ def _initial_action(config: Config) -> tuple[float, ...]:
 
 def make(config: Config, mesh: Mesh):
     """The compiled loop, TrainState -> TrainState, a report's windows further; it donates its input."""
-    task, devices = Task.of(config), mesh.size
+    report = on_device(config, mesh.size)
+    mapped = jax.shard_map(report, mesh=mesh, in_specs=(_specs(),), out_specs=_specs(), check_vma=False)
+    return jax.jit(mapped, donate_argnums=0)
+
+
+def on_device(config: Config, devices: int) -> Callable[[TrainState], TrainState]:
+    """What ``make`` runs on each of ``devices`` devices along `AXIS`, with that one's share of the state."""
+    task = Task.of(config)
     batch = max(1, config.ddpg.batch_size // devices)
     total = float(config.train.footsteps)
 
@@ -184,8 +196,7 @@ def make(config: Config, mesh: Mesh):
         mine, _ = jax.lax.scan(turn, mine, length=config.train.windows_per_report)
         return mine.replace(replay=jax.tree.map(lambda x: x[None], mine.replay))
 
-    mapped = jax.shard_map(report, mesh=mesh, in_specs=(_specs(),), out_specs=_specs(), check_vma=False)
-    return jax.jit(mapped, donate_argnums=0)
+    return report
 
 
 def _sum(mask: Array, values: Array) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -16,19 +16,25 @@ from jax.sharding import Mesh
 from jaxwalk import devices, files, plots, policy, run_folder, runtime, windows
 from jaxwalk.config import Config
 from jaxwalk.ddpg import learner
+from jaxwalk.ddpg.learner import LearnerState
 from jaxwalk.errors import UserError
 from jaxwalk.policy import Policy
 from jaxwalk.progress import Progress
 from jaxwalk.run_folder import RunFolder
 from jaxwalk.train import checkpoint, loop
-from jaxwalk.train.assess import Assessor
+from jaxwalk.train.assess import Assessment, Assessor
 from jaxwalk.train.checkpoint import Checkpoint, Store
 from jaxwalk.train.finals import Finals
 from jaxwalk.train.record import Past, Record
 from jaxwalk.train.stop import Stop
 
+Watch = Callable[[int, Assessment], bool]
+"""Sees (footsteps, what was found) after each evaluation; true ends the run as Ctrl-C would."""
 
-def run(config: Config, run_dir: Path | None, seed: int, command: str) -> Path:
+
+def run(
+    config: Config, run_dir: Path | None, seed: int, command: str, watch: Watch = lambda *_: False
+) -> Path:
     """Train, and return the run folder.
 
     Ctrl-C (or SIGTERM) ends after the report under way and keeps the best policy so far.
@@ -40,7 +46,7 @@ def run(config: Config, run_dir: Path | None, seed: int, command: str) -> Path:
     windows.check(config)
     mesh = devices.mesh(config.train.walkers)
     with RunFolder.create(run_dir, config, seed, command) as folder:
-        _train(config, folder, seed, command, mesh, resumed=False)
+        _train(config, folder, seed, command, mesh, resumed=False, watch=watch)
         return folder.path
 
 
@@ -65,7 +71,15 @@ def resume(path: Path) -> Path:
         return folder.path
 
 
-def _train(config: Config, folder: RunFolder, seed: int, command: str, mesh: Mesh, resumed: bool) -> None:
+def _train(
+    config: Config,
+    folder: RunFolder,
+    seed: int,
+    command: str,
+    mesh: Mesh,
+    resumed: bool,
+    watch: Watch = lambda *_: False,
+) -> None:
     print(f"run folder {folder.path}, devices ({jax.devices()[0].platform}): {mesh.size}", flush=True)
     with (
         _one_line_errors(config, folder.path),
@@ -73,6 +87,7 @@ def _train(config: Config, folder: RunFolder, seed: int, command: str, mesh: Mes
         Stop() as stop,
         contextlib.closing(_Run(config, folder, seed, command, mesh, progress, stop)) as training,
     ):
+        training.watch = watch
         if resumed:
             training.restore()
         training.go()
@@ -122,7 +137,7 @@ class _Run:
         self.started = time.perf_counter()
         self.state = loop.init(config, mesh, seed)
         self.advance = loop.make(config, mesh)
-        self.assess = Assessor(config, mesh, seed)
+        self.assess: Callable[[LearnerState], Assessment] = Assessor(config, mesh, seed)
         self.finals = Finals(config, mesh, seed)
         self.record = Record()
         self.rows: list[dict[str, Any]] = []
@@ -130,6 +145,7 @@ class _Run:
         self.store: Store | None = None
         if config.train.checkpoint_seconds > 0:
             self.store = self._open_store()
+        self.watch: Watch = lambda *_: False
         self.saved = float("-inf")  # when; by the clock that never jumps
 
     def _open_store(self) -> Store:
@@ -355,6 +371,8 @@ class _Run:
             f"of the others stay up, {found.speed:.2f} m/s, predicted return {found.predicted:.1f} came "
             f"as {found.real:.1f}" + ("; best so far" if better else "")
         )
+        if self.watch(footsteps, found):
+            self.stop.wanted = True
 
     def _candidate(self, footsteps: int) -> Path:
         """Where the policy of an evaluation is kept."""
