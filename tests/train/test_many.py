@@ -22,7 +22,7 @@ from jaxwalk import devices, policy, run_folder, seeds
 from jaxwalk.compare import cast, entry
 from jaxwalk.errors import UserError
 from jaxwalk.progress import Progress
-from jaxwalk.train import lanes, loop, resume_many, run_many
+from jaxwalk.train import lanes, loop, many, resume_many, run_many
 from jaxwalk.train.many import _Seed
 
 CONFIG = dataclasses.replace(small.CONFIG, train=dataclasses.replace(small.CONFIG.train, finalists=1))
@@ -35,6 +35,7 @@ def short():
     with pytest.MonkeyPatch.context() as patch:
         small.shorten(patch.setattr)
         small.undrawn(patch.setattr)
+        patch.setattr(many, "Assessor", functools.cache(many.Assessor))
         patch.setattr(lanes, "make", functools.cache(lanes.make))
         patch.setattr(lanes, "LaneRunner", functools.cache(lanes.LaneRunner))
         yield
