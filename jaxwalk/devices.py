@@ -9,6 +9,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 from jax.sharding import AxisType, Mesh, NamedSharding, PartitionSpec
+from jaxtyping import Array, Bool
 
 AXIS = "walkers"
 
@@ -58,6 +59,21 @@ def each(function: Callable[..., Any], *walkers: Any) -> Any:
     if rest:
         parts.append(many(*jax.tree.map(lambda x: x[count - rest :], walkers)))
     return parts[0] if len(parts) == 1 else jax.tree.map(lambda *x: jnp.concatenate(x), *parts)
+
+
+@jax.custom_batching.custom_vmap
+def anywhere(holds: Bool[Array, ""]) -> Bool[Array, ""]:
+    """``holds``; under `jax.vmap`, whether it does for any of those that are mapped over.
+
+    It is one answer for all, so that a `jax.lax.cond` on it stays one, where ``vmap`` would compute both
+    sides. For sides that do nothing to whom it does not concern.
+    """
+    return holds
+
+
+@anywhere.def_vmap
+def _anywhere(size: int, batched: list[bool], holds: Bool[Array, "N"]) -> tuple[Bool[Array, ""], bool]:
+    return anywhere(jnp.any(holds)), False
 
 
 def spread(function: Callable[..., Any], mesh: Mesh, split: tuple[bool, ...]) -> Callable[..., Any]:

@@ -79,7 +79,7 @@ class RunFolder:
         """
         if path is not None:
             check_free(path)
-        path = path or _dated()
+        path = path or dated()
         record = {"config": to_dict(config), "seed": seed, "command": command, **runtime.hardware()}
         try:
             (path / CHECKPOINTS).mkdir(parents=True)
@@ -311,7 +311,12 @@ def _rows(file: Path, lines: Sequence[bytes]) -> list[dict[str, Any]]:
     return rows
 
 
-def _dated() -> Path:
+def dated() -> Path:
+    """A free folder named by the date and the time.
+
+    Raises:
+      UserError: it cannot be written.
+    """
     stem = Path("runs") / datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
     path, count = stem, 1
     while os.path.lexists(path):  # two runs begun within a second

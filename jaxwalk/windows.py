@@ -107,7 +107,7 @@ def renew(config: Config, task: Task, states: Stepper, keys: Key[Array, " B"]) -
 
     states = jax.vmap(pushed)(states, push_keys)
     # In most windows nobody is done.
-    return jax.lax.cond(jnp.any(states.done), anew, lambda same: same, states)
+    return jax.lax.cond(devices.anywhere(jnp.any(states.done)), anew, lambda same: same, states)
 
 
 def run_ticks(task: Task, state: Stepper, ticks: int) -> Stepper:

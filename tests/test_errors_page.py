@@ -89,6 +89,6 @@ def test_the_policy_files_own_reasons_are_on_the_page():
     assert all(is_told(pieces(one)) for one in ends if not isinstance(one, ast.Constant) or one.value)
 
 
-@pytest.mark.parametrize("page", ["resume.md", "deploy.md", "watch.md"])
+@pytest.mark.parametrize("page", ["resume.md", "deploy.md", "watch.md", "sweep.md"])
 def test_other_pages_lead_there(page):
     assert "](errors.md)" in (ROOT / "docs" / page).read_text(encoding="utf-8")

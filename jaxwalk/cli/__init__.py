@@ -17,6 +17,7 @@ from jaxwalk.errors import UserError
 _COMMANDS = {
     "train": "train a policy into a run folder",
     "train-baseline": "train Brax's PPO or SAC on the same task, to compare with",
+    "sweep": "search training's options, several machines on one study",
     "evaluate": "measure a policy's walking and the pushes that it survives",
     "push-map": "which pushes a policy survives, at every phase of the step",
     "compare": "measure several policies, with their seeds, on the same pushes",

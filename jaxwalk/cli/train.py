@@ -10,7 +10,7 @@ from typing import Annotated
 
 import tyro
 
-from jaxwalk import config_io, distributed, run_folder
+from jaxwalk import config_io, distributed, run_folder, seeds
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import Given, OptionalFile, parse, parse_known
 from jaxwalk.config import Config
@@ -37,6 +37,8 @@ class TrainArgs:
     """Go on with the stopped run in this folder, whose seed and configuration hold."""
     seed: int = 0
     """Seed of everything that is drawn at random."""
+    seeds: int = 1
+    """Independent trainings in one program, of the seeds from --seed on: a run folder for each."""
     distributed: Given = 0
     """This is one of several processes, on one machine or many, that SLURM, Kubernetes or MPI has started, or
     that are told of each other by the next three."""
@@ -53,12 +55,14 @@ class TrainArgs:
         UserError: an option out of its range, or a run folder that cannot be used.
         """
         checks.seed(self.seed)
+        checks.between("--seeds", self.seeds, 1, 1024, ", each a training of its own")
+        checks.seed(self.seed + self.seeds - 1)
         config_io.check(self.config)
         self.place.check()
         if self.place != Place() and not self.distributed:
             raise UserError("--coordinator, --processes, --process-id: give --distributed with them")
         if self.run_dir is not None:
-            run_folder.check_free(self.run_dir)
+            (run_folder if self.seeds == 1 else seeds).check_free(self.run_dir)
 
     @property
     def place(self) -> Place:
@@ -75,16 +79,18 @@ def read(argv: Sequence[str]) -> TrainArgs:
     if origin.resume is None:
         preset = origin.preset or "default"
         return parse(TrainArgs, argv, "train", TrainArgs(preset=preset, config=PRESETS[preset]))
-    config = run_folder.load_config(origin.resume)
-    default = TrainArgs(seed=run_folder.load_origin(origin.resume).seed, config=config)
+    held = seeds.members(origin.resume) if seeds.is_parent(origin.resume) else [origin.resume]
+    config = run_folder.load_config(held[0])
+    default = TrainArgs(seed=run_folder.load_origin(held[0]).seed, seeds=len(held), config=config)
     args = parse(TrainArgs, argv, "train", default)
     for name, given, of_run in (
         ("preset", origin.preset, None),
         ("run_dir", args.run_dir, None),
         ("seed", args.seed, default.seed),
+        ("seeds", args.seeds, default.seeds),
         *(
-            (name, value, held[1])
-            for (name, value), held in zip(
+            (name, value, own[1])
+            for (name, value), own in zip(
                 config_io.leaves(args.config), config_io.leaves(config), strict=True
             )
         ),
@@ -110,10 +116,13 @@ def run(argv: Sequence[str]) -> None:
             stack.enter_context(distributed.joined(args.place, f"go on with {_resumed(args)}"))
         from jaxwalk import train
 
+        command = shlex.join(["jaxwalk", "train", *argv])
         if args.resume is not None:
-            train.resume(args.resume)
+            (train.resume_many if seeds.is_parent(args.resume) else train.resume)(args.resume)
+        elif args.seeds > 1:
+            train.run_many(args.config, args.run_dir, args.seed, args.seeds, command)
         else:
-            train.run(args.config, args.run_dir, args.seed, shlex.join(["jaxwalk", "train", *argv]))
+            train.run(args.config, args.run_dir, args.seed, command)
 
 
 def _resumed(args: TrainArgs) -> str:

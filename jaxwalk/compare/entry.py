@@ -1,11 +1,13 @@
-"""Who is compared: POLICY, or seeds of one method as NAME=RUN,RUN,..."""
+"""Who is compared: POLICY, or seeds of one method as NAME=RUN,RUN,... or a folder of `train --seeds`."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
+from jaxwalk import seeds
 from jaxwalk.errors import UserError
 
 
@@ -41,11 +43,16 @@ def parse(texts: Sequence[str]) -> list[Entry]:
 def _entry(text: str) -> Entry:
     name, equals, members = text.partition("=")
     if not equals or os.path.exists(text):  # a folder's name may hold an equals sign
-        return Entry(text, (text,))
-    name, runs = name.strip(), tuple(run.strip() for run in members.split(","))
+        return Entry(text, _all_of(text))
+    name, runs = name.strip(), tuple(one for run in members.split(",") for one in _all_of(run.strip()))
     if not name or not all(runs):
         raise UserError(f"{text!r} is no group of seeds: give NAME=RUN,RUN,... without gaps")
     for run in runs:
         if runs.count(run) > 1:
             raise UserError(f"{text!r} has {run!r} twice: give each run once")
     return Entry(name, runs)
+
+
+def _all_of(run: str) -> tuple[str, ...]:
+    """Itself, or the runs in it where it is a folder of several seeds."""
+    return tuple(map(str, seeds.members(Path(run)))) if seeds.is_parent(Path(run)) else (run,)

@@ -14,6 +14,7 @@ from jax import lax
 from jaxtyping import Array, Bool, UInt32
 
 from jaxwalk.ddpg.types import Leaf, Transition
+from jaxwalk.devices import anywhere
 
 
 @jax.tree_util.register_dataclass
@@ -57,7 +58,7 @@ def add(replay: Replay, transitions: Transition, mask: Bool[Array, " N"]) -> Rep
     """
     for leaf in jax.tree.leaves(transitions):
         mask = mask & jnp.all(jnp.isfinite(leaf), axis=tuple(range(1, leaf.ndim)))
-    return lax.cond(jnp.any(mask), _write, lambda rings, *_: rings, replay, transitions, mask)
+    return lax.cond(anywhere(jnp.any(mask)), _write, lambda rings, *_: rings, replay, transitions, mask)
 
 
 def _write(replay: Replay, transitions: Transition, mask: Bool[Array, " N"]) -> Replay:

@@ -75,36 +75,40 @@ class Exam:
         impulses: Sequence[float] = IMPULSES,
         replicas: int = 1,
     ) -> None:
-        self.config = config
+        self.config, self.act = config, act
         rows = [(impulse, phase / PHASES) for impulse in impulses for phase in range(PHASES)] * replicas
         impulse, phase = np.array(rows + [(0.0, 0.0)] * CALM, np.float32).T
         count = len(impulse)
         # Calm names the policy, not the sensors: those are as noisy as in training.
         self.scenarios = scenarios.batch(config, impulse, phase, scenarios.keys(seed, purpose, count))
         self.is_calm = impulse == 0
-        self._mine = together.share(count)
-        self._runner = Runner(Task.of(config), act, len(self._mine), devices.local(mesh))
-        self._profile = Profile(jnp.zeros(BINS), jnp.float32(0.6))
+        self.runner = Runner(Task.of(config), act, len(together.share(count)), devices.local(mesh))
+        self.profile = Profile(jnp.zeros(BINS), jnp.float32(0.6))
 
     def __call__(self, params: Params) -> tuple[Marks, Trial]:
         """Run all scenarios, without exploration; ``params`` as `devices.here` gives them."""
-        mine = jax.tree.map(lambda x: x[self._mine], self.scenarios)
-        trials = together.gather(self._runner.run(params, self.config.gait, self._profile, mine, SECONDS))
+        mine = together.share(len(self.is_calm))
+        own = jax.tree.map(lambda x: x[mine], self.scenarios)
+        trials = together.gather(self.runner.run(params, self.config.gait, self.profile, own, SECONDS))
         trials = jax.tree.map(lambda x: x[: len(self.is_calm)], trials)
+        return self.mark(trials), trials
+
+    def mark(self, trials: Trial) -> Marks:
+        """What the scenarios' trials tell."""
         up, calm = ~trials.state.terminated, self.is_calm
         # A trial whose push was never reached counts by its fall alone.
         survival, quiet = float(up[~calm].mean()), float(up[calm].mean())
         seconds = np.maximum(trials.tally.seconds[calm], 1e-3)
         speed = float((trials.tally.distance[calm] / seconds).mean())
         off = max(0.0, abs(speed - self.config.gait.speed_desired) - SPEED_TOLERANCE)
-        return Marks(survival - (1.0 - quiet) - 8.0 * off, survival, quiet, speed), trials
+        return Marks(survival - (1.0 - quiet) - 8.0 * off, survival, quiet, speed)
 
 
 class Assessor:
     """Examines learners of one run, and holds their critics against what came."""
 
     def __init__(self, config: Config, mesh: Mesh, seed: int) -> None:
-        self._exam = Exam(
+        self.exam = Exam(
             config, lambda state, observation: learner.act(config.ddpg, state, observation), mesh, seed
         )
         self._value = jax.jit(
@@ -113,7 +117,11 @@ class Assessor:
 
     def __call__(self, state: LearnerState) -> Assessment:
         """Examine the learner's actor; ``state`` as `devices.here` gives it."""
-        marks, trials = self._exam(state)
+        marks, trials = self.exam(state)
+        return self.judge(state, marks, trials)
+
+    def judge(self, state: LearnerState, marks: Marks, trials: Trial) -> Assessment:
+        """Hold the critic against what came of the examination."""
         predicted = np.asarray(self._value(state, trials.first))
         beyond = np.asarray(self._value(state, trials.state.observation))
         real = trials.earned + trials.weight * np.where(trials.state.terminated, 0.0, beyond)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import jax
@@ -88,7 +88,12 @@ def rings(config: Config) -> int:
 
 def init(config: Config, mesh: Mesh, seed: int) -> TrainState:
     """A run at its start, laid out over the mesh, whose devices must divide `rings`."""
-    return jax.jit(_build(config), out_shardings=shardings(mesh))(np.uint32(seed))
+    return _initial(config, mesh)(np.uint32(seed))
+
+
+@cache
+def _initial(config: Config, mesh: Mesh) -> Callable[[Any], TrainState]:
+    return jax.jit(_build(config), out_shardings=shardings(mesh))
 
 
 def layout(config: Config) -> TrainState:
@@ -137,11 +142,20 @@ def make(config: Config, mesh: Mesh, remembers: bool = True, learns: bool = True
     Args:
       remembers, learns: parts that the benchmark leaves out: replay and statistics; the updates.
     """
+    report = on_device(config, mesh.size, remembers, learns)
+    mapped = jax.shard_map(report, mesh=mesh, in_specs=(_specs(),), out_specs=_specs(), check_vma=False)
+    return jax.jit(mapped, donate_argnums=0)
+
+
+def on_device(
+    config: Config, devices: int, remembers: bool = True, learns: bool = True
+) -> Callable[[TrainState], TrainState]:
+    """What ``make`` runs on each of ``devices`` devices along `AXIS`, with that one's share of the state."""
     task, share = Task.of(config), config.ddpg.batch_size // rings(config)
     total = float(config.train.footsteps)
 
     def collect(state: TrainState, key: PRNGKeyArray) -> TrainState:
-        mine = _mine(config.train.walkers, mesh)
+        mine = _mine(config.train.walkers, devices)
         scales = noise.scale(config.ddpg, state.footsteps / total, config.train.walkers)[mine]
 
         def act(observation: Float[Array, "B O"], keys: Key[Array, " B"]) -> Float[Array, "B 2"]:
@@ -177,13 +191,13 @@ def make(config: Config, mesh: Mesh, remembers: bool = True, learns: bool = True
         ready = (state.footsteps >= config.ddpg.warmup) & filled
         due = jnp.where(ready, jnp.floor(state.owed), 0.0)
         count = rings(config)
-        mine = _mine(count, mesh)
+        mine = _mine(count, devices)
 
         def update(i: Array, current: LearnerState) -> LearnerState:
             sample_key, noise_key = jax.random.split(jax.random.fold_in(key, i))
             bits = jax.random.bits(sample_key, (count, share), jnp.uint32)
             drawn = replay.sample(state.replay, bits[mine])
-            keys = _keys(noise_key, _mine(count * share, mesh))
+            keys = _keys(noise_key, _mine(count * share, devices))
             return learner.update(config.ddpg, current, drawn, keys, axis_name=AXIS)[0]
 
         learned = jax.lax.fori_loop(0, due.astype(jnp.int32), update, state.learner)
@@ -196,17 +210,15 @@ def make(config: Config, mesh: Mesh, remembers: bool = True, learns: bool = True
         return (learn(state, learn_key) if learns else state).replace(key=key), None
 
     def report(state: TrainState) -> TrainState:
-        return jax.lax.scan(turn, state.replace(counts=_no_counts()), length=config.train.windows_per_report)[
-            0
-        ]
+        fresh = state.replace(counts=_no_counts())
+        return jax.lax.scan(turn, fresh, length=config.train.windows_per_report)[0]
 
-    mapped = jax.shard_map(report, mesh=mesh, in_specs=(_specs(),), out_specs=_specs(), check_vma=False)
-    return jax.jit(mapped, donate_argnums=0)
+    return report
 
 
-def _mine(count: int, mesh: Mesh) -> Int[Array, " N"]:
+def _mine(count: int, devices: int) -> Int[Array, " N"]:
     """Which of ``count`` are this device's, as indices into all."""
-    local = count // mesh.size
+    local = count // devices
     return jax.lax.axis_index(AXIS) * local + jnp.arange(local)
 
 

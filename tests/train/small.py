@@ -34,7 +34,7 @@ CLOCKED = {"seconds", "train/footsteps_per_second"}
 def shorten(patch: Callable[[Any, str, Any], None]) -> None:
     """Few and short trials in evaluations; programs that are compiled once for all runs of the process."""
     from jaxwalk import devices
-    from jaxwalk.train import assess, finals, loop, run
+    from jaxwalk.train import assess, finals, loop, training
 
     patch(assess, "SECONDS", 1.0)
     patch(assess, "PHASES", 1)
@@ -42,7 +42,7 @@ def shorten(patch: Callable[[Any, str, Any], None]) -> None:
     patch(finals, "REPLICAS", 1)
     patch(devices, "BLOCK", 4)  # or every batch is filled up to a whole block for each device
     patch(loop, "make", functools.cache(loop.make))
-    patch(sys.modules[run.__module__], "Assessor", functools.cache(assess.Assessor))
+    patch(training, "Assessor", functools.cache(assess.Assessor))
     patch(finals, "Exam", functools.cache(assess.Exam))
 
 

@@ -1,0 +1,36 @@
+"""What the machine has too little of for a training, as one line."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+
+import jax
+
+from jaxwalk.config import Config
+from jaxwalk.errors import UserError
+
+
+@contextlib.contextmanager
+def told(config: Config, path: Path) -> Iterator[None]:
+    """
+    Raises:
+      UserError: the disk of the run in ``path``, or the memory, is full.
+    """
+    try:
+        yield
+    except BrokenPipeError:  # nobody reads what is told any more
+        raise
+    except OSError as error:
+        raise UserError(
+            f"cannot write into {path}: {error.strerror or error}; make room there, then go on with "
+            f"jaxwalk train --resume {path}"
+        ) from error
+    except (MemoryError, jax.errors.JaxRuntimeError) as error:
+        if isinstance(error, jax.errors.JaxRuntimeError) and "RESOURCE_EXHAUSTED" not in str(error):
+            raise
+        raise UserError(
+            f"out of memory: begin a run with less than --train.walkers {config.train.walkers} or "
+            f"--ddpg.replay-capacity {config.ddpg.replay_capacity}"
+        ) from error
