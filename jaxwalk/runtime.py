@@ -7,6 +7,7 @@ import importlib
 import io
 import os
 import platform
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -40,6 +41,24 @@ def setup() -> None:
         if name.upper() not in os.environ:
             jax.config.update(name, value)
     _import_mjx_quietly()
+
+
+def has_accelerator() -> bool:
+    """Whether JAX finds one here; without a plugin for accelerators it is not asked.
+
+    It is asked in a process of its own: this one may have to join others before it starts its devices.
+    """
+    from importlib import metadata
+
+    if not metadata.entry_points(group="jax_plugins"):
+        return False
+    asked = subprocess.run(
+        [sys.executable, "-c", "import jax; print(jax.default_backend())"],
+        env=os.environ | {"XLA_PYTHON_CLIENT_PREALLOCATE": "false"},
+        capture_output=True,
+        text=True,
+    )
+    return asked.returncode == 0 and asked.stdout.strip() != "cpu"
 
 
 def hardware() -> dict[str, Any]:

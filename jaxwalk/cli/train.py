@@ -10,7 +10,7 @@ from typing import Annotated
 
 import tyro
 
-from jaxwalk import config_io, distributed, run_folder, seeds
+from jaxwalk import config_io, distributed, run_folder, runtime, seeds
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import Given, OptionalFile, parse, parse_known
 from jaxwalk.config import Config
@@ -30,7 +30,8 @@ class TrainArgs:
     """Train a policy into a run folder. Ctrl-C ends early and keeps the best policy."""
 
     preset: PresetName = "default"
-    """The defaults of all options below: what works best, the paper's constants, or a quick trial."""
+    """The defaults of all options below: what works best on a few cores or on one accelerator, a quick trial,
+    or the paper's constants. Default: gpu where JAX finds an accelerator, else default."""
     run_dir: OptionalFile = None
     """Folder for the results, new or without a run in it. Default: runs/<date>-<time>."""
     resume: OptionalFile = None
@@ -77,7 +78,7 @@ def read(argv: Sequence[str]) -> TrainArgs:
     """
     origin = parse_known(_Origin, argv, "train")
     if origin.resume is None:
-        preset = origin.preset or "default"
+        preset = origin.preset or ("gpu" if runtime.has_accelerator() else "default")
         return parse(TrainArgs, argv, "train", TrainArgs(preset=preset, config=PRESETS[preset]))
     held = seeds.members(origin.resume) if seeds.is_parent(origin.resume) else [origin.resume]
     config = run_folder.load_config(held[0])
@@ -107,15 +108,18 @@ def read(argv: Sequence[str]) -> TrainArgs:
 def run(argv: Sequence[str]) -> None:
     args = read(argv)
     args.check()
-
-    from jaxwalk import runtime
-
     runtime.setup()
     with contextlib.ExitStack() as stack:
         if args.distributed:
             stack.enter_context(distributed.joined(args.place, f"go on with {_resumed(args)}"))
-        from jaxwalk import train
+        import jax
 
+        from jaxwalk import together, train
+
+        if args.resume is None and together.first():
+            named = any(word.partition("=")[0] == "--preset" for word in argv)
+            chosen = "" if named else f", for {jax.default_backend()}"
+            print(f"preset {args.preset}{chosen}", flush=True)
         command = shlex.join(["jaxwalk", "train", *argv])
         if args.resume is not None:
             (train.resume_many if seeds.is_parent(args.resume) else train.resume)(args.resume)

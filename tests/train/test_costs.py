@@ -1,0 +1,98 @@
+"""What the loop must not cost: a second compilation, ways through the host, copies, ever more memory."""
+
+from __future__ import annotations
+
+import dataclasses
+import resource
+import sys
+from pathlib import Path
+
+import jax
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+import small
+
+from jaxwalk import devices
+from jaxwalk.train import loop, run, training
+
+# A window a report: a thousand reports take seconds.
+CONFIG = dataclasses.replace(
+    small.CONFIG, train=dataclasses.replace(small.CONFIG.train, walkers=4, windows_per_report=1)
+)
+WARM = 60  # reports, of which the later ones learn
+
+
+@pytest.fixture(scope="module")
+def mesh():
+    return devices.mesh(loop.rings(CONFIG))
+
+
+@pytest.fixture(scope="module")
+def advance(mesh):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(devices, "BLOCK", 4)
+        program = loop.make(CONFIG, mesh)
+        program.lower(loop.layout(CONFIG))  # traced while blocks are small
+        yield program
+
+
+@pytest.fixture
+def state(mesh, advance):
+    current = loop.init(CONFIG, mesh, 0)
+    for _ in range(WARM):
+        current = advance(current)
+    assert int(current.learner.updates) > 0
+    return current
+
+
+def test_it_is_compiled_once_and_needs_nothing_of_the_host(advance, state):
+    compiled: list[str] = []
+    jax.monitoring.register_event_duration_secs_listener(
+        lambda event, _, **more: compiled.append(event) if "compile" in event else None
+    )
+    with jax.transfer_guard("disallow"):
+        for _ in range(5):
+            state = advance(state)
+        jax.block_until_ready(state)
+    assert advance._cache_size() == 1
+    assert not compiled
+
+
+def test_its_state_is_given_up_and_written_in_place(advance, state):
+    before = jax.tree.leaves(state)
+    ring = state.replay.rows.observation.addressable_shards[0].data.unsafe_buffer_pointer()
+    after = jax.block_until_ready(advance(state))
+    assert all(leaf.is_deleted() for leaf in before)
+    assert after.replay.rows.observation.addressable_shards[0].data.unsafe_buffer_pointer() == ring
+
+
+def test_a_thousand_reports_leave_nothing_behind(advance, state):
+    arrays, begun = len(jax.live_arrays()), _peak_mb()
+    for _ in range(1000):
+        state = advance(state)
+    jax.block_until_ready(state)
+    assert len(jax.live_arrays()) <= arrays
+    # Keeping the state of each would be over 100 MB here, the ring above all.
+    assert _peak_mb() - begun < 20
+
+
+def _peak_mb() -> float:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
+
+
+def test_a_whole_run_makes_each_program_once(tmp_path, monkeypatch):
+    """Evaluations, finals and checkpoints included: no call has arguments of a new kind."""
+    small.shorten(monkeypatch.setattr)
+    small.undrawn(monkeypatch.setattr)
+    made: list[training.Training] = []
+    finish = training.Training.finish
+    monkeypatch.setattr(
+        training.Training, "finish", lambda self, *args: (made.append(self), finish(self, *args))
+    )
+    run(small.CONFIG, tmp_path / "run", small.SEED, small.COMMAND)
+    one = made[0]
+    assert one.advance._cache_size() == 1
+    for exam in (one.assess.exam, one.finals.exam()):
+        runner = exam.runner
+        assert runner.begin._cache_size() == 1 and runner.advance._cache_size() == 1
