@@ -113,7 +113,9 @@ def _connect(place: Place) -> None:
     """
     import jax
 
-    if place.coordinator is not None and place.process_id:
+    if place.coordinator is not None and place.process_id == 0:
+        _check_free(place.coordinator)
+    elif place.coordinator is not None:
         _reach(place.coordinator)
     try:
         jax.distributed.initialize(
@@ -154,6 +156,18 @@ def _check_alike() -> None:
             f"{count} devices in {processes} processes: give each as many as the others, on CPUs with "
             "JAX_NUM_CPU_DEVICES=N"
         )
+
+
+def _check_free(coordinator: str) -> None:
+    """Raises:
+    UserError: somebody listens already where the first process is to.
+    """
+    try:
+        socket.create_server(("", int(coordinator.rpartition(":")[2]))).close()
+    except OSError as error:
+        raise UserError(
+            f"--coordinator {coordinator}: {error.strerror or error}: give a free port of this machine"
+        ) from error
 
 
 def _reach(coordinator: str) -> None:
