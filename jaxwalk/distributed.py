@@ -84,7 +84,9 @@ def joined(place: Place, go_on: str) -> Iterator[None]:
     jax.config.update("jax_cpu_collectives_implementation", "gloo")
     with _Quiet(go_on) as quiet:
         _connect(place)
+        quiet.connected = True
         try:
+            _check_alike()
             yield
         except Agreed:
             jax.distributed.shutdown()
@@ -111,7 +113,9 @@ def _connect(place: Place) -> None:
     """
     import jax
 
-    if place.coordinator is not None and place.process_id:
+    if place.coordinator is not None and place.process_id == 0:
+        _check_free(place.coordinator)
+    elif place.coordinator is not None:
         _reach(place.coordinator)
     try:
         jax.distributed.initialize(
@@ -127,10 +131,42 @@ def _connect(place: Place) -> None:
             f"--process-id K ({error})"
         ) from error
     except (RuntimeError, OSError) as error:
-        reason = str(error).splitlines()[0][:200]
+        raise _unfound() from error
+
+
+def _unfound() -> UserError:
+    return UserError(
+        f"the processes did not find each other within {CONNECT_SECONDS} s: start all of them, with one "
+        "--coordinator that they can reach and a free port"
+    )
+
+
+def _check_alike() -> None:
+    """Raises:
+    Agreed: one process has more devices than another.
+    """
+    import jax
+
+    count, processes = jax.device_count(), jax.process_count()
+    if any(
+        sum(device.process_index == one for device in jax.devices()) * processes != count
+        for one in range(processes)
+    ):
+        raise Agreed(
+            f"{count} devices in {processes} processes: give each as many as the others, on CPUs with "
+            "JAX_NUM_CPU_DEVICES=N"
+        )
+
+
+def _check_free(coordinator: str) -> None:
+    """Raises:
+    UserError: somebody listens already where the first process is to.
+    """
+    try:
+        socket.create_server(("", int(coordinator.rpartition(":")[2]))).close()
+    except OSError as error:
         raise UserError(
-            f"the processes did not find each other within {CONNECT_SECONDS} s: start all of them, with one "
-            f"--coordinator that they can reach ({reason})"
+            f"--coordinator {coordinator}: {error.strerror or error}: give a free port of this machine"
         ) from error
 
 
@@ -160,6 +196,7 @@ class _Quiet:
 
     def __init__(self, go_on: str) -> None:
         self._go_on = go_on
+        self.connected = False  # whether the processes have found each other
 
     def __enter__(self) -> _Quiet:
         sys.stderr.flush()
@@ -195,6 +232,8 @@ class _Quiet:
 
     def _aborted(self, _: Any) -> None:
         said = self.said()
+        if not self.connected:
+            self.end(f"jaxwalk: error: {_unfound()}", 2)
         if _FATAL not in said:
             self.end(said, 128 + signal.SIGABRT)
         silent = _SILENT.findall(said)

@@ -19,12 +19,12 @@ from jaxwalk.distributed import Place
 from jaxwalk.presets import PRESETS
 
 SMOKE = PRESETS["smoke"]
-# Some nine reports, updates from the second on, three evaluations, a checkpoint whenever one can be written.
+# Some nine reports, updates from the second on, four evaluations, a checkpoint whenever one can be written.
 CONFIG = dataclasses.replace(
     SMOKE,
     ddpg=dataclasses.replace(SMOKE.ddpg, warmup=16),
     train=dataclasses.replace(
-        SMOKE.train, footsteps=120, windows_per_report=20, evaluations=2, finalists=3, checkpoint_seconds=1e-6
+        SMOKE.train, footsteps=120, windows_per_report=20, evaluations=3, finalists=3, checkpoint_seconds=1e-6
     ),
 )
 SEED, COMMAND = 3, "jaxwalk train --seed 3"
