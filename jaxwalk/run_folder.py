@@ -172,7 +172,9 @@ class RunFolder:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.close()
+        # What went wrong first is what is told: on a full disk, the last lines cannot be written either.
+        with contextlib.suppress(OSError) if error else contextlib.nullcontext():
+            self.close()
 
 
 def check_free(path: Path) -> None:

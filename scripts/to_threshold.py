@@ -2,8 +2,8 @@
 
 python scripts/to_threshold.py RUN [RUN ...] [--survival 0.8,0.9]
 
-Of each run folder, by ``jaxwalk train`` or ``jaxwalk train-baseline``: the first of its evaluations, which are
-the same for all, in which no unpushed walker fell and that share of the pushed ones stayed up.
+Of each run folder, by ``jaxwalk train`` or ``jaxwalk train-baseline``: the first of its evaluations, which
+are the same for all, in which no unpushed walker fell and that share of the pushed ones stayed up.
 """
 
 from __future__ import annotations

@@ -170,6 +170,7 @@ def test_without_optuna_it_says_how_to_get_it(capsys, monkeypatch):
     assert "pip install 'jaxwalk[sweep]'" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_real_trainings(tmp_path, monkeypatch):
     small.shorten(monkeypatch.setattr)
     small.undrawn(monkeypatch.setattr)

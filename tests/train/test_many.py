@@ -164,6 +164,7 @@ def test_stopped_by_a_signal_it_goes_on_bit_for_bit(both, tmp_path, monkeypatch)
         assert small.outcome(ours) == small.outcome(theirs)
 
 
+@pytest.mark.slow
 def test_a_seed_that_fails_ends_alone(tmp_path, monkeypatch, both):
     report = _Seed.report
 
