@@ -6,6 +6,7 @@ over the devices of several.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from typing import Any
 
@@ -15,6 +16,8 @@ import numpy as np
 from jaxwalk.errors import Agreed, UserError
 
 _LONGEST = 4096  # bytes of a text
+_PATIENCE_MS = 3_600_000  # for the slowest process, which may compile while the others have done so before
+_turns = itertools.count()
 
 
 def count() -> int:
@@ -24,6 +27,14 @@ def count() -> int:
 def first() -> bool:
     """Whether this process is the one that writes and tells."""
     return jax.process_index() == 0
+
+
+def meet() -> None:
+    """Wait until all processes have come so far. Messages between CPUs (Gloo) give up after half a minute."""
+    if count() > 1:
+        from orbax.checkpoint import multihost  # slow to import
+
+        multihost.get_barrier_sync_fn()(key=f"jaxwalk.{next(_turns)}", timeout_ms=_PATIENCE_MS)
 
 
 def told(say: Callable[[], str]) -> str:
@@ -45,6 +56,7 @@ def told(say: Callable[[], str]) -> str:
     data = np.zeros(_LONGEST, np.uint8)
     raw = text.encode()[: _LONGEST - 1]
     data[0], data[1 : 1 + len(raw)] = failed, np.frombuffer(raw, np.uint8)
+    meet()
     data = np.asarray(multihost_utils.broadcast_one_to_all(data))
     text = data[1:].tobytes().rstrip(b"\0").decode(errors="replace")
     if data[0]:
@@ -74,6 +86,7 @@ def gather(tree: Any) -> Any:
     leaves, structure = jax.tree.flatten(jax.tree.map(np.asarray, tree))
     flat = [np.ascontiguousarray(x).reshape(len(x), -1).view(np.uint8) for x in leaves]
     ends = np.cumsum([x.shape[1] for x in flat])[:-1]
+    meet()
     # One message: each costs the compilation of a program.
     everything = np.asarray(multihost_utils.process_allgather(np.concatenate(flat, axis=1), tiled=True))
     parts = [

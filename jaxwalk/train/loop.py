@@ -20,7 +20,7 @@ from flax import struct
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 from jaxtyping import Array, Float, Int, Key, PRNGKeyArray
 
-from jaxwalk import footstep, walker, windows
+from jaxwalk import footstep, together, walker, windows
 from jaxwalk.config import Config
 from jaxwalk.ddpg import learner, noise, replay
 from jaxwalk.ddpg.learner import LearnerState
@@ -88,12 +88,14 @@ def rings(config: Config) -> int:
 
 def init(config: Config, mesh: Mesh, seed: int) -> TrainState:
     """A run at its start, laid out over the mesh, whose devices must divide `rings`."""
-    return _initial(config, mesh)(np.uint32(seed))
+    program = _initial(config, mesh)
+    together.meet()  # compiled, or one that has to would keep the others waiting amid the program
+    return program(np.uint32(seed))
 
 
 @cache
 def _initial(config: Config, mesh: Mesh) -> Callable[[Any], TrainState]:
-    return jax.jit(_build(config), out_shardings=shardings(mesh))
+    return jax.jit(_build(config), out_shardings=shardings(mesh)).lower(np.uint32(0)).compile()
 
 
 def layout(config: Config) -> TrainState:

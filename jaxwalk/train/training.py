@@ -118,6 +118,9 @@ class Training:
 
     def go(self) -> None:
         total = self.config.train.footsteps
+        if together.count() > 1:  # as in `loop.init`
+            self.advance = self.advance.lower(self.state).compile()
+            together.meet()
         while True:
             footsteps = int(self.state.footsteps)
             if self.evaluation_due(footsteps) and not (self.rows and self._stop_wanted()):

@@ -11,7 +11,7 @@ from jaxwalk.presets import PRESETS
 
 
 def test_train_without_options_is_the_default_configuration(jaxwalk_cli, called):
-    assert jaxwalk_cli("train") == (0, "", "")
+    assert jaxwalk_cli("train") == (0, "preset default, for cpu\n", "")
     assert called == [(Config(), None, 0, "jaxwalk train")]
 
 

@@ -55,10 +55,11 @@ def measure(lab: Lab, model: BodyModel) -> Numbers:
 
 
 def checks(numbers: Numbers) -> tuple[Check, ...]:
-    return tuple(
-        Check(f"{row['case']}: up {percent(row['up'])}, at {told(row['speed'])} m/s", above(row["up"], MOST))
-        for row in numbers["rows"]
-    )
+    def words(row: Numbers) -> str:
+        speed = f", at {told(row['speed'])} m/s" if row["speed"]["n"] else ""
+        return f"{row['case']}: up {percent(row['up'])}{speed}"
+
+    return tuple(Check(words(row), above(row["up"], MOST)) for row in numbers["rows"])
 
 
 def table(numbers: Numbers) -> list[dict[str, object]]:
