@@ -330,3 +330,11 @@ def dated() -> Path:
 
 def _unwritable(path: Path, reason: str) -> str:
     return f"cannot write the run folder {path}: {reason}; give --run-dir a folder that can be written"
+
+
+def say_what_changed(versions: Mapping[str, str]) -> None:
+    """Tell which packages are not those that a run was begun with, ``versions`` by name."""
+    now = runtime.versions()["versions"]
+    other = [f"{name} {old} (now {now.get(name)})" for name, old in versions.items() if now.get(name) != old]
+    if other:
+        print(f"begun with {', '.join(other)}: goes on, but perhaps not bit for bit", flush=True)

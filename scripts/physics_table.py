@@ -44,8 +44,6 @@ class Args:
     """Time steps, s."""
     iterations: tuple[int, ...] = (1, 2, 3, 4, 8)
     """Newton iterations."""
-    ls_iterations: tuple[int, ...] = (5,)
-    """Line-search iterations."""
     contact_timeconsts: tuple[float, ...] = (PhysicsConfig.contact_timeconst,)
     """Contact time constants, s; those shorter than two ticks are skipped."""
     model: BodyModel = "planar"
@@ -153,8 +151,8 @@ def main(args: Args) -> None:
     def fine(timeconst: float) -> np.ndarray:
         return by_c(config, changed(timestep=FINE, contact_timeconst=timeconst), replay)
 
-    names = ("timestep", "iterations", "ls_iterations", "contact_timeconst")
-    grid = itertools.product(args.timesteps, args.iterations, args.ls_iterations, args.contact_timeconsts)
+    names = ("timestep", "iterations", "contact_timeconst")
+    grid = itertools.product(args.timesteps, args.iterations, args.contact_timeconsts)
     rows = []
     for values in grid:
         settings = changed(**dict(zip(names, values, strict=True)))
@@ -173,11 +171,11 @@ def main(args: Args) -> None:
 
     table = Table(title=f"{args.walkers} walkers; errors: hip mm / pitch mrad", title_justify="left")
     looks = [f"{look:g} s vs C, {which}" for which in ("same step", "0.25 ms") for look in LOOKS]
-    for column in ("step ms", "iter", "ls", "contact ms", "speed", *looks):
+    for column in ("step ms", "iter", "contact ms", "speed", *looks):
         table.add_column(column, justify="right")
     fastest = max(row["simulated_per_second"] for row in rows)
     for row in rows:
-        cells = [f"{row['timestep'] * 1e3:g}", str(row["iterations"]), str(row["ls_iterations"])]
+        cells = [f"{row['timestep'] * 1e3:g}", str(row["iterations"])]
         cells += [f"{row['contact_timeconst'] * 1e3:g}", f"{row['simulated_per_second'] / fastest:.2f}"]
         for which in ("same_step", "fine_step"):
             thousandths = [1e3 * value for value in row[which].values()]

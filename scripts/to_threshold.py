@@ -32,22 +32,26 @@ class Args:
     """Shares to reach."""
 
 
+def evaluations(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The rows of a run's metrics that tell of one that came to numbers."""
+    return [row for row in rows if row.get("eval/survival") is not None]
+
+
 def first(rows: list[dict[str, Any]], share: float) -> dict[str, Any] | None:
     """The first evaluation that reached ``share``; None: no one did."""
-    found = (row for row in rows if row.get("eval/survival", 0.0) >= share and row["eval/calm"] == 1.0)
-    return next(found, None)
+    return next((row for row in rows if row["eval/survival"] >= share and row["eval/calm"] == 1.0), None)
 
 
 def main(argv: list[str]) -> int:
     try:
         args = parse(Args, argv, "to_threshold")
-        read = {run: run_folder.read_metrics(run) for run in args.runs}
+        read = {run: evaluations(run_folder.read_metrics(run)) for run in args.runs}
     except UserError as error:
         print(f"to_threshold: error: {error}", file=sys.stderr)
         return 2
     table = Table("run", "survived", "footsteps", "seconds")
     for run, rows in read.items():
-        most = max((row["eval/survival"] for row in rows if "eval/survival" in row), default=0.0)
+        most = max((row["eval/survival"] for row in rows), default=0.0)
         for share in args.survival:
             row = first(rows, share)
             told = (

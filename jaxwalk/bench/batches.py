@@ -20,6 +20,7 @@ from jaxwalk.bench.programs import record, sharded, split, walk_ticks
 from jaxwalk.bench.rounds import BARE, LOOP, TICK, Builder, Program, take_turns
 from jaxwalk.bench.stages import OF_WALKER, WINDOWS
 from jaxwalk.config import Config
+from jaxwalk.ddpg.replay import Replay
 from jaxwalk.stepper import Stepper, Task
 from jaxwalk.train import loop
 from jaxwalk.train.loop import TrainState
@@ -64,7 +65,7 @@ class Herd:
     """
 
     def __init__(self, config: Config, mesh: Mesh, seed: int, builder: Builder) -> None:
-        self.mesh, self.count = mesh, config.train.walkers
+        self.config, self.mesh, self.count = config, mesh, config.train.walkers
         state = loop.init(config, mesh, seed)
         self.loop = builder.build(LOOP, loop.make(config, mesh), state)
         while float(state.learner.updates) == 0:
@@ -76,8 +77,12 @@ class Herd:
 
     def of(self, walkers: int) -> TrainState:
         """Training in a batch of so many, nothing of it shared with another."""
-        state = jax.tree.map(jnp.copy, self.state.replace(steppers=None))
-        return state.replace(steppers=split(self._again(self.state.steppers, walkers), self.mesh))
+        state = jax.tree.map(jnp.copy, self.state.replace(steppers=None, replay=None))
+        rings = loop.rings(of_size(self.config, walkers))
+        return state.replace(
+            steppers=split(self._again(self.state.steppers, walkers), self.mesh),
+            replay=split(dealt(self.state.replay, rings), self.mesh),
+        )
 
     def unpushed(self, walkers: int) -> Stepper:
         """So many, whom nobody pushes."""
@@ -92,6 +97,15 @@ class Herd:
     def _again(self, tree: Any, walkers: int) -> Any:
         index = np.resize(np.arange(self.count), walkers)
         return jax.tree.map(lambda x: x[index], tree)
+
+
+def dealt(memory: Replay, rings: int) -> Replay:
+    """``memory`` in another number of rings: each gets the first rows of one of them, some more than once."""
+    old = memory.size.shape[0]
+    capacity = max(1, memory.capacity * old // rings)
+    ring, slot = np.resize(np.arange(old), rings)[:, None], np.arange(capacity) % memory.capacity
+    filled = jnp.minimum(memory.size[ring[:, 0]], capacity)
+    return Replay(jax.tree.map(lambda x: x[ring, slot], memory.rows), filled % capacity, filled)
 
 
 def measure(

@@ -60,6 +60,8 @@ class TrainArgs:
         checks.seed(self.seed + self.seeds - 1)
         config_io.check(self.config)
         self.place.check()
+        if self.distributed and self.seeds > 1:
+            raise UserError("--distributed: several processes train one seed; give --seeds without it")
         if self.place != Place() and not self.distributed:
             raise UserError("--coordinator, --processes, --process-id: give --distributed with them")
         if self.run_dir is not None:

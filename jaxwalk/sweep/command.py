@@ -39,10 +39,11 @@ def main(args: SweepArgs, command: str) -> None:
     files.make_folder("--run-dir", args.folder)
     pruner = study.pruner(args.pruner, args.config.train.evaluations)
     found = study.open_study(args.study, args.where, dimensions, args.config, args.seed, pruner)
-    try:
-        _Sweep(args, dimensions, found, command).go()
-    finally:
-        report.write(found, dimensions, args, args.folder)
+    with study.one_line_errors(args.where):
+        try:
+            _Sweep(args, dimensions, found, command).go()
+        finally:
+            report.write(found, dimensions, args, args.folder)
 
 
 class _Sweep:

@@ -92,8 +92,9 @@ def changed(config: Config, values: Mapping[str, float | int | str]) -> Config:
 
 
 def without_password(text: str) -> str:
-    """``text``, less the passwords of the URLs in it."""
-    return re.sub(r"(://[^:/@\s]*:)[^@\s]*@", r"\1***@", text)
+    """``text``, less the passwords of the URLs in it: behind the user, or as an argument."""
+    hidden = re.sub(r"(://[^:/@\s]*:)[^@\s]*@", r"\1***@", text)
+    return re.sub(r"([?&]password=)[^&\s]*", r"\1***", hidden)
 
 
 def to_json(space: Sequence[Dimension]) -> list[dict[str, Any]]:

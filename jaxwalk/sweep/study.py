@@ -102,7 +102,7 @@ def open_study(
     """
     ours = {"space": space.to_json(dimensions), "config": to_dict(config), "seed": seed}
     optuna.logging.set_verbosity(optuna.logging.ERROR)
-    with _one_line_errors(storage):
+    with one_line_errors(storage):
         study = optuna.create_study(
             storage=_open(storage),
             study_name=name,
@@ -146,12 +146,18 @@ def _open(storage: str) -> optuna.storages.BaseStorage:
 
 
 @contextlib.contextmanager
-def _one_line_errors(storage: str) -> Iterator[None]:
+def one_line_errors(storage: str) -> Iterator[None]:
+    """
+    Raises:
+      UserError: what is done in here with the storage fails.
+    """
     from sqlalchemy.exc import SQLAlchemyError
 
+    # Optuna asserts that a trial's end was noted, which a storage that is gone cannot do.
+    known = (ImportError, OSError, ValueError, AssertionError, SQLAlchemyError, optuna.exceptions.OptunaError)
     try:
         yield
-    except (ImportError, OSError, ValueError, SQLAlchemyError, optuna.exceptions.OptunaError) as error:
+    except known as error:
         where = space.without_password(storage)
         said = space.without_password(" ".join(str(getattr(error, "orig", None) or error).split()))
         raise UserError(

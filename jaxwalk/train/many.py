@@ -62,6 +62,7 @@ def resume_many(parent: Path) -> Path:
         raise UserError(f"the run in {parent} is finished: nothing is left to resume")
     first = next(iter(left.values()))
     config, origin = run_folder.load_config(first), run_folder.load_origin(first)
+    run_folder.say_what_changed(origin.versions)
     with contextlib.ExitStack() as stack:
         folders = {seed: stack.enter_context(RunFolder.reopen(path)) for seed, path in left.items()}
         _train(config, parent, folders, origin.command, resumed=True)
@@ -156,7 +157,8 @@ class _Many:
             if self.stop.wanted or not any(live):
                 break
             for one in self._those(live):
-                one.run.save_if_due()
+                with one.alone():
+                    one.run.save_if_due()
             self._advance(live)
         self._finish()
 
@@ -201,16 +203,19 @@ class _Many:
         self.progress.update(sum(one.footsteps for one in self.seeds), _together(rows))
 
     def _finish(self) -> None:
-        standing = [one for one in self.seeds if not one.failed]
+        interrupted = self.stop.wanted  # asked once: what comes later finds all of them finished
         if self.config.train.checkpoint_seconds > 0:
-            for one in standing:
+            for one in self._standing():
                 with one.alone():
-                    one.run.save(wait=self.stop.wanted)
-        if not self.stop.wanted:
+                    one.run.save(wait=interrupted)
+        if not interrupted:
             self._examine_finalists()
-        for one in standing:
+        for one in self._standing():
             with one.alone():
-                one.run.finish(one.footsteps, self.stop.wanted)
+                one.run.finish(one.footsteps, interrupted)
+
+    def _standing(self) -> list[_Seed]:
+        return [one for one in self.seeds if not one.failed]
 
     def _examine_finalists(self) -> None:
         """The first ones of all seeds at once, then the second ones, and so on, for `Finals.settle`."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 
 import jax
 
-from jaxwalk import devices, run_folder, runtime, together, windows
+from jaxwalk import devices, run_folder, together, windows
 from jaxwalk.config import Config
 from jaxwalk.errors import UserError
 from jaxwalk.progress import Progress
@@ -64,7 +64,7 @@ def resume(path: Path) -> Path:
             if summary and not summary.get("interrupted"):
                 raise UserError(f"the run in {path} is finished: nothing is left to resume")
             stack.pop_all()
-        _say_what_changed(origin.versions)
+        run_folder.say_what_changed(origin.versions)
         return folder
 
     folder, identity = _open(begin)
@@ -131,10 +131,3 @@ def _train(
         if resumed:
             training.restore()
         training.go()
-
-
-def _say_what_changed(versions: Mapping[str, str]) -> None:
-    now = runtime.versions()["versions"]
-    other = [f"{name} {old} (now {now.get(name)})" for name, old in versions.items() if now.get(name) != old]
-    if other:
-        print(f"begun with {', '.join(other)}: goes on, but perhaps not bit for bit", flush=True)

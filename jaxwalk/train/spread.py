@@ -35,11 +35,7 @@ def conclude(path: Path, failed: Mapping[int, str]) -> None:
     for seed in seeds.load(path):
         summary = run_folder.read_summary(seeds.folder(path, seed))
         run = {"seed": seed, "folder": seeds.folder(path, seed).name}
-        run |= {
-            name: summary[name]
-            for name in ("interrupted", "footsteps", "seconds", "best", "finals")
-            if name in summary
-        }
+        run |= {name: summary[name] for name in _TOLD if name in summary}
         runs.append(run | ({"failed": failed[seed]} if seed in failed else {}))
     ended = [run for run in runs if "best" in run]
     last = [run["finals"][0] for run in ended if run["finals"]]

@@ -162,6 +162,9 @@ def test_no_password_is_told(tmp_path, capsys):
     assert canned.sweep(*argv, "--storage", "postgresql://me:secret@localhost:1/none") == 2
     said = capsys.readouterr().err
     assert "postgresql://me:***@localhost" in said and "secret" not in said
+    assert canned.sweep(*argv, "--storage", "postgresql://me@localhost:1/none?password=secret&x=1") == 2
+    said = capsys.readouterr().err
+    assert "?password=***&x=1" in said and "secret" not in said
 
 
 def test_without_optuna_it_says_how_to_get_it(capsys, monkeypatch):
