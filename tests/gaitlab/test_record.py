@@ -45,8 +45,9 @@ def test_a_recorded_walk_is_the_one_that_is_not_recorded():
     walked, (qpos, touch) = jax.jit(partial(rollout.segment, TASK, act, windows, watch, None))(start())
     told, ticks = jax.jit(partial(rollout.segment, TASK, act, windows, record.tick, None))(start())
 
-    same = [np.array_equal(a, b) for a, b in zip(*map(plain, (walked, told)), strict=True)]
-    assert all(same)
+    # Programs that hand on other numbers are fused, and round, otherwise.
+    for a, b in zip(*map(plain, (walked, told)), strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-3, atol=1e-3)
     # What is written down is of each tick's start.
     np.testing.assert_array_equal(ticks.joints[1:].reshape(-1, 6), qpos[:-1, 3:])
     np.testing.assert_array_equal(ticks.pitch[1:], qpos[:-1, 2])

