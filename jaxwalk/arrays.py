@@ -111,7 +111,7 @@ def members(content: bytes, most: int) -> dict[str, bytes]:
             return {one.filename: _unpacked(file, one) for one in told}
     # What Python makes of files that were altered.
     except (
-        zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, OSError, ValueError,
+        zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, OSError, ValueError,
         OverflowError, KeyError, IndexError, AttributeError,
     ):  # fmt: skip
         raise Bad("not a whole zip file") from None

@@ -7,7 +7,6 @@ their places, which solve the same equations for a batch at a time.
 
 from __future__ import annotations
 
-import jax.numpy as jnp
 from mujoco import mjx
 
 from jaxwalk import newton, spd
@@ -53,5 +52,5 @@ def _integrated(model: mjx.Model, data: mjx.Data) -> mjx.Data:
         qvel=qvel,
         qpos=data.qpos + seconds * qvel,
         qacc_warmstart=data.qacc,
-        time=jnp.asarray(data.time + seconds, data.time.dtype),
+        time=data.time + seconds,
     )
