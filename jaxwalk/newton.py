@@ -24,6 +24,9 @@ from jaxtyping import Array, Float
 
 from jaxwalk import spd
 
+WRITTEN_OUT = 8
+"""So few steps are no loop, which would cost more than it holds."""
+
 
 class Problem(NamedTuple):
     """What is minimised, for N degrees of freedom and R unilateral rows of one walker.
@@ -82,9 +85,11 @@ def _minimized(problem: Problem, start: Float[Array, "N B"], iterations: int) ->
     begun, free = _point(problem, start), _point(problem, problem.smooth)
     warm = _cost(problem, begun) < _cost(problem, free)
     point = jax.tree.map(lambda a, b: jnp.where(warm, a, b), begun, free)
-    # A few steps are written out: a loop would cost more than it holds.
-    unroll = iterations <= 4
-    point = jax.lax.fori_loop(0, iterations, lambda _, p: _newton(problem, p), point, unroll=unroll)
+    if iterations > WRITTEN_OUT:
+        point = jax.lax.fori_loop(0, iterations, lambda _, p: _newton(problem, p), point)
+    else:
+        for _ in range(iterations):
+            point = _newton(problem, point)
     return point.x, _forces(problem, point)
 
 
@@ -114,13 +119,13 @@ def _forces(problem: Problem, point: _Point) -> Float[Array, "R B"]:
 
 
 def _newton(problem: Problem, point: _Point) -> _Point:
-    weighed = jnp.where(point.rows < 0, problem.stiffness, 0.0)[:, None] * problem.jacobian
+    pressing = jnp.where(point.rows < 0, problem.stiffness, 0.0)
     forces = _forces(problem, point)
     gradient = point.momentum - _total(
         row * force for row, force in zip(problem.jacobian, forces, strict=True)
     )
     hessian = problem.mass + _total(
-        row[:, None] * other for row, other in zip(problem.jacobian, weighed, strict=True)
+        weight * (row[:, None] * row) for row, weight in zip(problem.jacobian, pressing, strict=True)
     )
     ahead = -spd.solve(hessian, gradient)
     along = _Point(ahead, _times(problem.mass, ahead), _times(problem.jacobian, ahead))

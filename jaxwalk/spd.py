@@ -17,14 +17,15 @@ def solve(matrix: Float[Array, "N N B"], vector: Float[Array, "N B"]) -> Float[A
     Gauss and Jordan's elimination, without a search for pivots, which such matrices do not need. That they
     are symmetric and positive definite is not checked.
     """
-    left = jax.lax.optimization_barrier(jnp.concatenate([matrix, vector[:, None]], axis=1))
-    for row in range(left.shape[0]):
+    left = jax.lax.optimization_barrier(jnp.concatenate([matrix[::-1, ::-1], vector[::-1, None]], axis=1))
+    size = left.shape[0]
+    for row in range(size):
         pivot = 1 / left[row, 0]
-        share = (left[:, 0] * pivot).at[row].set(1 - pivot)
-        left = left[:, 1:] - share[:, None] * left[row, 1:]
+        others = left[:, 1:] - pivot * (left[:, :1] * left[row, 1:])
+        here = (jnp.arange(size) == row)[:, None, None]
         # XLA would fuse the rows' steps and compute each again for every element of the next.
-        left = jax.lax.optimization_barrier(left)
-    return left[:, 0]
+        left = jax.lax.optimization_barrier(jnp.where(here, pivot * left[row, 1:], others))
+    return left[::-1, 0]
 
 
 @jax.custom_batching.custom_vmap

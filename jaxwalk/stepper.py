@@ -13,6 +13,7 @@ from jaxwalk import footstep, walker
 from jaxwalk.burdens import Burden
 from jaxwalk.config import Config, Engine, GaitConfig, RewardConfig
 from jaxwalk.ddpg.types import Transition
+from jaxwalk.kernels import fused as kernels
 from jaxwalk.walker import Setup, Walker
 
 
@@ -149,6 +150,14 @@ def tick(
     Args:
       white: as for `walker.tick`.
     """
+    white = walker.noise(stepper.walker, 1)[0] if white is None else white
+    if task.setup.engine == "mjx" and kernels.usable(task.setup.body, task.setup.physics):
+        return kernels.fused(_tick, task, stepper, white)
+    return moved(task, stepper, *walker.tick(task.setup, model, stepper.walker, white))
+
+
+def _tick(task: Task, stepper: Stepper, white: Float[Array, "18"]) -> Stepper:
+    model = walker.model(task.setup, stepper.walker.person)
     return moved(task, stepper, *walker.tick(task.setup, model, stepper.walker, white))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -26,6 +27,7 @@ from jaxwalk import body as body_lib
 from jaxwalk.burdens import Burden
 from jaxwalk.config import BodyConfig, Config, Engine, GaitConfig, PhysicsConfig, SensorConfig
 from jaxwalk.gait import GaitState
+from jaxwalk.kernels import fused as kernels
 from jaxwalk.similarity import Similarity
 
 
@@ -148,8 +150,12 @@ def model(setup: Setup, who: Person) -> Model:
     """Its body, for ``setup``'s engine."""
     if setup.engine == "mujoco":
         return who
-    unladen = physics.model_of(setup.body, setup.physics, who.ratio)
-    return unladen if who.burden is None else burdens.onto(unladen, who.burden)
+    return _body(setup, who.ratio, who.burden)
+
+
+def _body(setup: Setup, ratio: Similarity, burden: Burden | None) -> mjx.Model:
+    unladen = physics.model_of(setup.body, setup.physics, ratio)
+    return unladen if burden is None else burdens.onto(unladen, burden)
 
 
 def start(
@@ -241,12 +247,28 @@ def has_fallen(setup: Setup, walker: Walker) -> Bool[Array, ""]:
 
 
 def move(
-    setup: Setup, model: Model, plant: physics.Plant, control: Float[Array, "A"], push: Float[Array, "7 2"]
+    setup: Setup,
+    model: Model,
+    who: Person,
+    plant: physics.Plant,
+    control: Float[Array, "A"],
+    push: Float[Array, "7 2"],
 ) -> tuple[physics.Plant, physics.Readings]:
-    """One tick of the plant alone, by ``setup``'s engine (see `physics.step`)."""
-    if isinstance(model, Person):
-        return c_mujoco.step(setup.body, setup.physics, model.ratio, plant, control, push, model.burden)
+    """One tick of the plant alone, by ``setup``'s engine (see `physics.step`).
+
+    Args:
+      model: of ``who``.
+    """
+    if setup.engine == "mujoco":
+        return c_mujoco.step(setup.body, setup.physics, who.ratio, plant, control, push, who.burden)
+    if kernels.usable(setup.body, setup.physics):
+        return kernels.fused(_move, setup, who.ratio, who.burden, plant, control, push)
     return physics.step(setup.body, setup.physics, model, plant, control, push)
+
+
+def _move(setup: Setup, ratio: Similarity, burden: Burden | None, *moving: Any) -> Any:
+    model = _body(setup, ratio, burden)
+    return physics.step(setup.body, setup.physics, model, *moving)
 
 
 def drive(setup: Setup, walker: Walker) -> tuple[Walker, Float[Array, "A"], Float[Array, "7 2"]]:
@@ -293,7 +315,7 @@ def tick(
       white: this tick's row of `noise`, if it was drawn ahead.
     """
     walker, control, loads = drive(setup, walker)
-    plant, readings = move(setup, model, walker.plant, control, loads)
+    plant, readings = move(setup, model, walker.person, walker.plant, control, loads)
     return moved(setup, walker, plant, readings, noise(walker, 1)[0] if white is None else white)
 
 

@@ -121,7 +121,7 @@ def life(config: Config, ticks: int, values: jax.Array, impulse: jax.Array, key:
         state, up, far, lean = carry
         before = state.plant.qpos[0]
         state, control, loads = walker.drive(told, state)
-        plant, readings = walker.move(setup, who, state.plant, control, loads)
+        plant, readings = walker.move(setup, who, who, state.plant, control, loads)
         state, event = walker.moved(setup, state, plant, readings, walker.noise(state, 1)[0])
         up = up & ~event.fell
         counts = up & (index * dt >= SETTLE)

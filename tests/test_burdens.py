@@ -45,7 +45,7 @@ def follow(request):
             if burden is not None:
                 push = burdens.felt(burden, torso, push, plant.qpos[2])
             loads = jnp.zeros((7, 2)).at[0].set(push)  # the torso's
-            plant, _ = walker.move(setup, model, plant, jnp.zeros(6), loads)
+            plant, _ = walker.move(setup, model, who, plant, jnp.zeros(6), loads)
             return plant, (plant.qpos, plant.qvel)
 
         return jax.lax.scan(tick, physics.Plant(qpos, qvel, jnp.zeros(9)), length=TICKS)[1]

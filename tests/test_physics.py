@@ -50,12 +50,13 @@ def replay(setup):
 
     def one(height, mass, start, commands, push):
         traces.append(1)
-        model = walker.model(setup, walker.person(CONFIG.gait, height, mass))
+        who = walker.person(CONFIG.gait, height, mass)
+        model = walker.model(setup, who)
 
         def tick(plant, told):
             command, now = told
             force = pushes.loads(push, now, plant.qpos[2])
-            plant, readings = walker.move(setup, model, plant, command, force)
+            plant, readings = walker.move(setup, model, who, plant, command, force)
             return plant, (plant, readings)
 
         return jax.lax.scan(tick, start, (commands, jnp.arange(TICKS)))[1]

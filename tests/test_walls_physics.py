@@ -49,10 +49,11 @@ def replayed(walked):
     at = SETTLED + rows * 31  # over more than a step of about 280 ticks
 
     def one(height, mass, plant, commands):
-        model = walker.model(IN_MJX, walker.person(CONFIG.gait, height, mass))
+        who = walker.person(CONFIG.gait, height, mass)
+        model = walker.model(IN_MJX, who)
 
         def tick(plant, command):
-            told = walker.move(IN_MJX, model, plant, mjcf.WALLS.control(command), jnp.zeros((7, 2)))
+            told = walker.move(IN_MJX, model, who, plant, mjcf.WALLS.control(command), jnp.zeros((7, 2)))
             return told[0], told
 
         return jax.lax.scan(tick, plant, commands)[1]

@@ -66,7 +66,7 @@ def plant_steps(task: Task, body: Walker, commands: Float[Array, "T 6"]) -> Plan
     model, where = walker.model(setup, body.person), physics.layout(setup.body)
 
     def tick(plant: Plant, command: Float[Array, "6"]) -> tuple[Plant, None]:
-        return walker.move(setup, model, plant, where.control(command), _nothing())[0], None
+        return walker.move(setup, model, body.person, plant, where.control(command), _nothing())[0], None
 
     return jax.lax.scan(tick, body.plant, commands)[0]
 
@@ -77,7 +77,9 @@ def sensed_steps(task: Task, body: Walker, commands: Float[Array, "T 6"]) -> Sen
     model, where = walker.model(setup, body.person), physics.layout(setup.body)
 
     def tick(state: Sensed, command: Float[Array, "6"]) -> tuple[Sensed, None]:
-        plant, readings = walker.move(setup, model, state.plant, where.control(command), _nothing())
+        plant, readings = walker.move(
+            setup, model, body.person, state.plant, where.control(command), _nothing()
+        )
         measured = sensors.measure(setup.sensors, setup.timestep, state.sensors, readings, jnp.zeros(18))
         return Sensed(plant, *measured), None
 
@@ -92,7 +94,7 @@ def controlled_ticks(task: Task, ticks: int, body: Walker) -> Walker:
     def tick(body: Walker, _: None) -> tuple[Walker, None]:
         bones = walker.skeleton(setup, body.person)
         command = controllers.command(body.person.gait, bones, body.gait, body.estimate)
-        moved = walker.move(setup, model, body.plant, where.control(command), _nothing())
+        moved = walker.move(setup, model, body.person, body.plant, where.control(command), _nothing())
         return walker.moved(setup, body, *moved, jnp.zeros(18))[0], None
 
     return jax.lax.scan(tick, body, length=ticks)[0]

@@ -1,0 +1,192 @@
+"""Arithmetic on single numbers as a graph: constants folded, what is equal computed once.
+
+An entry of an array is a NumPy scalar, known as the program is built, or a `Node`, known as it runs. Arrays
+are NumPy's, of objects.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+
+class Node:
+    """The result of one operation.
+
+    Attributes:
+      op: its name, as in `jax.lax`; "input" of what comes from outside.
+      args: Nodes and NumPy scalars; of an input, its number.
+      dtype: of the result; an input may be one of JAX's random keys.
+      index: its place in the order of making, in which arguments precede.
+    """
+
+    __slots__ = ("args", "dtype", "index", "op")
+
+    def __init__(self, op: str, args: tuple[Any, ...], dtype: Any, index: int) -> None:
+        self.op, self.args, self.dtype, self.index = op, args, dtype, index
+
+    def __repr__(self) -> str:
+        return f"%{self.index}"
+
+
+Entry = Any  # a Node or a NumPy scalar
+
+
+class Unsupported(NotImplementedError):
+    """An operation that has no meaning for single numbers, or none here."""
+
+
+def known(entry: Entry) -> bool:
+    """Whether it is a constant."""
+    return not isinstance(entry, Node)
+
+
+_COMMUTE = frozenset({"add", "mul", "min", "max", "and", "or", "eq", "ne"})
+
+_FOLD: dict[str, Any] = {
+    "add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide,
+    "min": np.minimum, "max": np.maximum, "neg": np.negative, "abs": np.abs, "sign": np.sign,
+    "sqrt": np.sqrt, "sin": np.sin, "cos": np.cos, "exp": np.exp, "asin": np.arcsin, "atan2": np.arctan2,
+    "floor": np.floor, "pow": np.power, "rem": np.fmod, "square": np.square,
+    "lt": np.less, "le": np.less_equal, "gt": np.greater, "ge": np.greater_equal,
+    "eq": np.equal, "ne": np.not_equal,
+    "and": np.bitwise_and, "or": np.bitwise_or, "not": np.invert, "is_finite": np.isfinite,
+}  # fmt: skip
+
+
+class Graph:
+    """Makes nodes; the same operation on the same arguments is one node."""
+
+    def __init__(self) -> None:
+        self.nodes: list[Node] = []
+        self._made: dict[Any, Node] = {}
+
+    def input(self, dtype: Any) -> Node:
+        """One more number from outside."""
+        return self._node("input", (len(self.nodes),), dtype)
+
+    def apply(self, op: str, args: tuple[Entry, ...], dtype: Any) -> Entry:
+        """``op`` of ``args``.
+
+        Raises:
+          Unsupported: there is no such operation.
+        """
+        if op == "convert":
+            return self._converted(args[0], dtype)
+        if op == "select":
+            return self._selected(*args, dtype)
+        if op not in _FOLD:
+            raise Unsupported(op)
+        if all(map(known, args)):
+            with np.errstate(all="ignore"):
+                return dtype.type(_FOLD[op](*args))
+        simple = self._simplified(op, args, dtype)
+        return self._node(op, args, dtype) if simple is None else simple
+
+    def _node(self, op: str, args: tuple[Any, ...], dtype: Any) -> Node:
+        if op in _COMMUTE:
+            args = tuple(sorted(args, key=_order))
+        key = (op, dtype, *map(_key, args))
+        if key not in self._made:
+            self._made[key] = Node(op, args, dtype, len(self.nodes))
+            self.nodes.append(self._made[key])
+        return self._made[key]
+
+    def _converted(self, x: Entry, dtype: Any) -> Entry:
+        if known(x):
+            return dtype.type(x)
+        return x if x.dtype == dtype else self._node("convert", (x,), dtype)
+
+    def _selected(self, which: Entry, no: Entry, yes: Entry, dtype: Any) -> Entry:
+        if known(which):
+            return yes if which else no
+        if no is yes or (known(no) and known(yes) and _key(no) == _key(yes)):
+            return no
+        return self._node("select", (which, no, yes), dtype)
+
+    def _simplified(self, op: str, args: tuple[Entry, ...], dtype: Any) -> Entry | None:
+        """What the operation comes to without being done; nought times a number is nought, even were that
+        number not finite."""
+        if len(args) != 2:
+            return None
+        a, b = args
+        zero = dtype.type(0)
+        if op == "add":
+            return b if _is(a, 0) else a if _is(b, 0) else None
+        if op == "sub":
+            if a is b:
+                return zero
+            return a if _is(b, 0) else self.apply("neg", (b,), dtype) if _is(a, 0) else None
+        if op == "mul":
+            return self._product(a, b, dtype)
+        if op == "div":
+            if _is(a, 0):
+                return zero
+            return a if _is(b, 1) else None
+        if op in ("min", "max", "and", "or") and a is b:
+            return a
+        if op == "and":
+            return _both(a, b)
+        if op == "or":
+            return _either(a, b)
+        return None
+
+    def _product(self, a: Entry, b: Entry, dtype: Any) -> Entry | None:
+        if _is(a, 0) or _is(b, 0):
+            return dtype.type(0)
+        if _is(a, 1) or _is(b, 1):
+            return b if _is(a, 1) else a
+        if _is(a, -1) or _is(b, -1):
+            return self.apply("neg", (b if _is(a, -1) else a,), dtype)
+        return None
+
+
+class Reach(NamedTuple):
+    """What is needed for some results: nodes in order, and which of the inputs."""
+
+    nodes: list[Node]
+    inputs: list[Node]
+
+
+def reach(results: list[Entry]) -> Reach:
+    """What ``results`` need."""
+    seen: dict[int, Node] = {}
+    open_ = [x for x in results if not known(x)]
+    while open_:
+        node = open_.pop()
+        if node.index in seen:
+            continue
+        seen[node.index] = node
+        if node.op != "input":
+            open_ += [x for x in node.args if not known(x)]
+    order = [seen[i] for i in sorted(seen)]
+    return Reach([x for x in order if x.op != "input"], [x for x in order if x.op == "input"])
+
+
+def _is(entry: Entry, value: int) -> bool:
+    return known(entry) and bool(entry == value)
+
+
+def _both(a: Entry, b: Entry) -> Entry | None:
+    if known(a):
+        return b if a else a
+    if known(b):
+        return a if b else b
+    return None
+
+
+def _either(a: Entry, b: Entry) -> Entry | None:
+    if known(a):
+        return a if a else b
+    if known(b):
+        return b if b else a
+    return None
+
+
+def _key(x: Any) -> Any:
+    return ("n", x.index) if isinstance(x, Node) else ("c", np.asarray(x).dtype.str, np.asarray(x).tobytes())
+
+
+def _order(x: Entry) -> tuple[int, int]:
+    return (0, x.index) if isinstance(x, Node) else (1, 0)
