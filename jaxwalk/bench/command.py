@@ -18,7 +18,7 @@ from rich.table import Table
 from jaxwalk import files, results
 from jaxwalk.bench.rounds import BARE, LOOP, MAP, SAVING, TICK, Program, measure
 from jaxwalk.config import Config
-from jaxwalk.presets import PRESETS
+from jaxwalk.presets import PRESETS, of_machine
 
 if TYPE_CHECKING:
     from jaxwalk.cli.bench import BenchArgs
@@ -55,7 +55,7 @@ def bench(args: BenchArgs, tell: Callable[[str], None] = lambda what: None) -> d
 
 def configured(walkers: int) -> Config:
     """What is trained here."""
-    preset = PRESETS["default"]
+    preset = PRESETS[of_machine()]
     # Updates begin as soon as there is something to learn from; nothing else departs from `jaxwalk train`.
     return dataclasses.replace(
         preset,

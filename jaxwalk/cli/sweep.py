@@ -16,7 +16,7 @@ from jaxwalk.cli import checks
 from jaxwalk.cli.parse import OptionalFile, parse, parse_known
 from jaxwalk.config import Config
 from jaxwalk.errors import UserError
-from jaxwalk.presets import PRESETS, PresetName
+from jaxwalk.presets import PRESETS, PresetName, of_machine
 from jaxwalk.sweep import space
 
 Sets = Annotated[tuple[str, ...], tyro.conf.arg(metavar="OPTION=LOW:HIGH[:log]|OPTION=VALUE,VALUE")]
@@ -81,7 +81,7 @@ def read(argv: Sequence[str]) -> SweepArgs:
     Raises:
       UserError: an option that is wrong.
     """
-    preset = parse_known(_Origin, argv, "sweep").preset or "default"
+    preset = parse_known(_Origin, argv, "sweep").preset or of_machine()
     default = SweepArgs(set=tyro.MISSING, study=tyro.MISSING, preset=preset, config=PRESETS[preset])
     return parse(SweepArgs, argv, "sweep", default)
 

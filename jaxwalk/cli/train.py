@@ -16,7 +16,7 @@ from jaxwalk.cli.parse import Given, OptionalFile, parse, parse_known
 from jaxwalk.config import Config
 from jaxwalk.distributed import Place
 from jaxwalk.errors import UserError
-from jaxwalk.presets import PRESETS, PresetName
+from jaxwalk.presets import PRESETS, PresetName, of_machine
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def read(argv: Sequence[str]) -> TrainArgs:
     """
     origin = parse_known(_Origin, argv, "train")
     if origin.resume is None:
-        preset = origin.preset or ("gpu" if runtime.has_accelerator() else "default")
+        preset = origin.preset or of_machine()
         return parse(TrainArgs, argv, "train", TrainArgs(preset=preset, config=PRESETS[preset]))
     held = seeds.members(origin.resume) if seeds.is_parent(origin.resume) else [origin.resume]
     config = run_folder.load_config(held[0])

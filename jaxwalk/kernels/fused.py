@@ -103,4 +103,6 @@ def _entries(x: np.ndarray) -> tuple[Any, ...]:
 
 @lru_cache(maxsize=16)
 def _program(function: Callable[..., Any], setting: Hashable, tree: Any, leaves: Any) -> _Program:
-    return _Program(function, setting, tree, leaves)
+    # What is constant is computed by a processor: a GPU would have to compile each small step of it.
+    with jax.default_device(jax.local_devices(backend="cpu")[0]):
+        return _Program(function, setting, tree, leaves)

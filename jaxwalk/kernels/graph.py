@@ -42,6 +42,10 @@ def known(entry: Entry) -> bool:
     return not isinstance(entry, Node)
 
 
+ARITHMETIC = frozenset(
+    {"add", "sub", "mul", "div", "min", "max", "neg", "sqrt", "sin", "cos", "exp", "asin", "atan2", "pow"}
+)
+"""What counts as a floating-point operation."""
 _COMMUTE = frozenset({"add", "mul", "min", "max", "and", "or", "eq", "ne"})
 
 _FOLD: dict[str, Any] = {

@@ -12,7 +12,7 @@ from jax.experimental.pallas import triton
 from jaxtyping import Array, Shaped
 
 from jaxwalk.kernels.emit import emit, value
-from jaxwalk.kernels.graph import Entry, Node, known
+from jaxwalk.kernels.graph import ARITHMETIC, Entry, Node, known
 from jaxwalk.kernels.pieces import cut
 
 SIZE = 1200
@@ -102,6 +102,10 @@ def _call(
             out_specs=[block(len(x)) for x in gives],
             compiler_params=triton.CompilerParams(num_warps=BLOCK // 32, num_stages=1),
             input_output_aliases={number[stack]: i for i, stack in reused.items()},
+            metadata={
+                "flops": str(sum(node.op in ARITHMETIC for node in nodes) * width),
+                "bytes": str(sum(x.dtype.itemsize for part in (takes, *gives) for x in part) * width),
+            },
             interpret=interpret,
         )(*(stacks[i] for i in read))
     )

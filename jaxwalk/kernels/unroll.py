@@ -355,12 +355,24 @@ def _dtype(entry: Entry) -> Any:
 
 
 def _places(shape: tuple[int, ...], where: np.ndarray, numbers: Any, sizes: Any, mode: Any) -> np.ndarray:
-    """For each entry that a gather takes, its place in the flattened operand; -1: outside of it."""
-    with jax.ensure_compile_time_eval():
-        ids = jnp.arange(math.prod(shape)).reshape(shape)
-        return np.asarray(
-            jax.lax.gather(ids, jnp.asarray(where), numbers, tuple(sizes), mode=mode, fill_value=-1)
-        )
+    """For each entry that `jax.lax.gather` takes, its place in the flattened operand; -1: outside of it."""
+    ids, room = np.arange(math.prod(shape)).reshape(shape), np.subtract(shape, sizes)
+    dropped = (*numbers.collapsed_slice_dims, *numbers.operand_batching_dims)
+    rows = where.shape[:-1]
+    taken = np.empty((*rows, *np.delete(sizes, dropped)), int)
+    batching = [*zip(numbers.operand_batching_dims, numbers.start_indices_batching_dims, strict=True)]
+    for row in np.ndindex(rows):
+        start = np.zeros(len(shape), int)
+        start[[*numbers.start_index_map]] = where[row]
+        for axis, of_row in batching:
+            start[axis] = row[of_row]
+        if mode == jax.lax.GatherScatterMode.FILL_OR_DROP and ((start < 0) | (start > room)).any():
+            taken[row] = -1
+            continue
+        begins = np.clip(start, 0, room)
+        taken[row] = ids[tuple(slice(b, b + n) for b, n in zip(begins, sizes, strict=True))].squeeze(dropped)
+    window = range(len(rows), taken.ndim)
+    return np.moveaxis(taken, [*window], [*numbers.offset_dims])
 
 
 def _arranged(x: Objects, batch: Sequence[int], summed: Sequence[int]) -> tuple[Objects, list[int]]:
