@@ -70,11 +70,18 @@ _PAPER = Config(
     observation=("speed", "pitch", "zmp", "step_length"),
 )
 
-# For one accelerator, where footsteps cost next to nothing and an update as much as ten thousand ticks: as
-# many updates as the default, of larger batches, from eight times the footsteps.
+# For one accelerator, where a footstep costs next to nothing beside an update: fewer of these than the default,
+# of larger batches, from more footsteps. Two trainings that went on to 640,000 footsteps, exploring ever less,
+# were at their best after 83,000 and 123,000 (docs/results/gpu-train.json); these are their beginning.
 _GPU = Config(
-    ddpg=DDPGConfig(batch_size=1_024, replay_capacity=524_288, updates_per_footstep=0.0625, warmup=16_000),
-    train=TrainConfig(walkers=4_096, footsteps=640_000),
+    ddpg=DDPGConfig(
+        batch_size=1_024,
+        replay_capacity=524_288,
+        updates_per_footstep=0.0625,
+        warmup=16_000,
+        noise_end=0.095,
+    ),
+    train=TrainConfig(walkers=4_096, footsteps=200_000),
 )
 
 # A quarter of the footsteps: more exploration, an update for each footstep, speed held closer. It learns

@@ -65,8 +65,8 @@ class Unroller:
         if name in ("optimization_barrier", "copy", "copy_p"):
             return args
         if name == "unstack":
-            axis = params.get("axis", 0)
-            return [np.take(args[0], i, axis) for i in range(args[0].shape[axis])]
+            rows = np.moveaxis(args[0], params["axis"], 0)
+            return [rows[i, ...] for i in range(len(rows))]
         if name == "split":
             return np.split(args[0], np.cumsum(params["sizes"])[:-1], params["axis"])
         rule = getattr(self, "_" + name.replace("-", "_"), None)

@@ -45,6 +45,7 @@ V = np.random.default_rng(1).normal(size=4).astype(np.float32)
         lambda x, v: (jnp.max(x, 0), jnp.min(x), jnp.sum(x, (0, 1)), jnp.all(x < 9), jnp.any(x > 9)),
         lambda x, v: jnp.concatenate([jnp.flip(x, 1), jnp.tile(v, (2, 1))]).T,
         lambda x, v: jnp.pad(v, (1, 2)) * jnp.stack([v[0]] * 7),
+        lambda x, v: (jnp.unstack(v), jnp.unstack(x, axis=1), jnp.split(x, [1, 3], axis=1)),
         lambda x, v: jnp.clip(jnp.cross(x[:, :3], v[:3]), -0.5, 0.5),
         lambda x, v: jax.vmap(jnp.dot, (0, None))(x, v).astype(jnp.int32).astype(jnp.float32),
         lambda x, v: jnp.linalg.norm(x, axis=1) + jnp.arctan2(v[0], v[1]) + jnp.exp(v[2]),
