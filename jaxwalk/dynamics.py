@@ -7,6 +7,7 @@ their places, which solve the same equations for a batch at a time.
 
 from __future__ import annotations
 
+import jax
 from mujoco import mjx
 
 from jaxwalk import newton, spd
@@ -19,6 +20,12 @@ def step(model: mjx.Model, data: mjx.Data, iterations: int) -> mjx.Data:
     Args:
       iterations: of Newton's method.
     """
+    # A GPU would round what it multiplies to ten bits.
+    with jax.default_matmul_precision("highest"):
+        return _step(model, data, iterations)
+
+
+def _step(model: mjx.Model, data: mjx.Data, iterations: int) -> mjx.Data:
     data = mjx.sensor_pos(model, mjx.fwd_position(model, data))
     data = mjx.sensor_vel(model, mjx.fwd_velocity(model, data))
     data = _accelerated(model, mjx.fwd_actuation(model, data))

@@ -25,7 +25,7 @@ from jaxtyping import Array, Float
 from jaxwalk import spd
 
 WRITTEN_OUT = 8
-"""So few steps are no loop, which would cost more than it holds."""
+"""So few steps are no loop, which would cost more than it holds, and could not be unrolled for kernels."""
 
 
 class Problem(NamedTuple):

@@ -33,8 +33,6 @@ def setup() -> None:
         # JAX skips programs that compile within a second; a test suite has hundreds of those.
         "jax_persistent_cache_min_compile_time_secs": 0.0,
         "jax_persistent_cache_min_entry_size_bytes": -1,
-        # A GPU would round what it multiplies to ten bits, which MJX's bodies do not bear.
-        "jax_default_matmul_precision": "highest",
     }
     # XLA runs an MJX program on one core per device: several devices are how all cores are used.
     if "xla_force_host_platform_device_count" not in os.environ.get("XLA_FLAGS", ""):

@@ -14,6 +14,7 @@ from jaxtyping import Array, Float
 def solve(matrix: Float[Array, "N N B"], vector: Float[Array, "N B"]) -> Float[Array, "N B"]:
     """x of ``matrix`` x = ``vector``, walkers along the last axis.
 
+    From the last row to the first, which between a robot's leaves and its root keeps zeros that are there.
     Gauss and Jordan's elimination, without a search for pivots, which such matrices do not need. That they
     are symmetric and positive definite is not checked.
     """

@@ -148,10 +148,14 @@ def tick(
     A walker that is done stays as it is.
 
     Args:
+      model: `walker.model` of it; kernels make their own of who the walker is.
       white: as for `walker.tick`.
     """
     white = walker.noise(stepper.walker, 1)[0] if white is None else white
-    if task.setup.engine == "mjx" and kernels.usable(task.setup.body, task.setup.physics):
+    setup = task.setup
+    # Gazebo's drives round to whole ticks, which has no kernel; their plant has (`walker.move`).
+    servos = setup.engine == "mjx" and setup.physics.drives == "servo"
+    if servos and kernels.usable(setup.body, setup.physics):
         return kernels.fused(_tick, task, stepper, white)
     return moved(task, stepper, *walker.tick(task.setup, model, stepper.walker, white))
 

@@ -257,7 +257,7 @@ def move(
     """One tick of the plant alone, by ``setup``'s engine (see `physics.step`).
 
     Args:
-      model: of ``who``.
+      model: `model` of ``who``, and no other: C MuJoCo and kernels make their own of ``who``.
     """
     if setup.engine == "mujoco":
         return c_mujoco.step(setup.body, setup.physics, who.ratio, plant, control, push, who.burden)

@@ -79,9 +79,11 @@ def measure(args: Args) -> list[dict[str, float]]:
             "walkers": walkers,
             "mjx_step": run(partial(bare_steps, config, task), walked.walker, commands),
         }
-        fused.usable = lambda *_: False
-        row["xla"] = run(partial(stages.plant_steps, task), walked.walker, commands)
-        fused.usable = usable
+        try:
+            fused.usable = lambda *_: False
+            row["xla"] = run(partial(stages.plant_steps, task), walked.walker, commands)
+        finally:
+            fused.usable = usable
         if usable(config.body, config.physics):
             row["kernels"] = run(partial(stages.plant_steps, task), walked.walker, commands)
         rows.append(row)

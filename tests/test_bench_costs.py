@@ -61,3 +61,17 @@ def test_of_two_branches_the_dearer_counts():
         return jax.lax.cond(which, turn(3), turn(11), x)
 
     assert cost(either, jnp.ones((N, N)), True).flops == pytest.approx(11 * PRODUCT, rel=0.01)
+
+
+def test_kernels_tell_their_costs_themselves():
+    """As they stand in the text of a program for CUDA, twice, of a batch of 4,096."""
+    kernel = (
+        '  %k.{} = f32[9,4096]{{1,0}} custom-call(%x), custom_call_target="__gpu$xla.gpu.triton", '
+        "backend_config="
+        '{{name = "kernel", num_warps = 2 : i32, serialized_metadata = '
+        '"{{\\22flops\\22: \\22{}\\22, \\22bytes\\22: \\22{}\\22}}"}}'
+    )
+    text = "\n".join(
+        [kernel.format(1, 5906432, 3375104), "  %y = f32[2]{0} add(%a, %b)", kernel.format(2, 8, 4)]
+    )
+    assert costs._kernels(text) == costs.Cost(5906440.0, 3375108.0)

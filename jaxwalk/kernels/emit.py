@@ -12,7 +12,7 @@ from jax import lax
 
 from jaxwalk.kernels.graph import Entry, Node, known
 
-_OPERATIONS = {
+OPERATIONS = {
     "add": lax.add, "sub": lax.sub, "mul": lax.mul, "div": lax.div, "min": lax.min, "max": lax.max,
     "neg": lax.neg, "abs": lax.abs, "sign": lax.sign, "sqrt": lax.sqrt, "sin": lax.sin, "cos": lax.cos,
     "exp": lax.exp, "asin": lax.asin, "atan2": lax.atan2, "floor": lax.floor, "pow": lax.pow, "rem": lax.rem,
@@ -34,7 +34,7 @@ def emit(nodes: Iterable[Node], values: dict[int, jax.Array], shape: tuple[int, 
         if node.op == "convert":
             values[node.index] = lax.convert_element_type(args[0], node.dtype)
         else:
-            values[node.index] = _OPERATIONS[node.op](*args)
+            values[node.index] = OPERATIONS[node.op](*args)
 
 
 def value(entry: Entry, values: dict[int, Any], shape: tuple[int, ...]) -> jax.Array:

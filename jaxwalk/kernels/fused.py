@@ -2,38 +2,39 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Hashable
 from functools import lru_cache
 from typing import Any
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 
 from jaxwalk.config import BodyConfig, PhysicsConfig
 from jaxwalk.kernels import pallas
-from jaxwalk.kernels.graph import Graph
-from jaxwalk.kernels.unroll import inputs, unrolled
+from jaxwalk.kernels.entries import Entries, inputs
+from jaxwalk.kernels.graph import Graph, Unsupported
+from jaxwalk.kernels.unroll import unrolled
 from jaxwalk.newton import WRITTEN_OUT
 
 
 def usable(body: BodyConfig, physics: PhysicsConfig) -> bool:
-    """Whether this process's devices run kernels, and the plant can be unrolled into a few of them.
+    """Whether JAX's first choice of devices here is a GPU, and the plant one that unrolls into a few kernels.
 
-    Between walls a body has twice the joints and four times the contacts.
+    Between walls a body has twice the joints and four times the contacts, which would be too many; more of
+    the solver's iterations are a loop, which cannot be unrolled. Of GPUs only NVIDIA's have been tried.
     """
-    return (
-        jax.default_backend() in ("gpu", "cuda")
-        and body.model == "planar"
-        and physics.iterations <= WRITTEN_OUT
-    )
+    return jax.default_backend() == "gpu" and body.model == "planar" and physics.iterations <= WRITTEN_OUT
 
 
 def fused(function: Callable[..., Any], setting: Hashable, *args: Any) -> Any:
     """``function(setting, *args)`` of one walker; under `jax.vmap`, of all of them by kernels.
 
+    It has no gradient, and under `jax.shard_map` needs ``check_vma=False``.
+
     Args:
-      args: trees of arrays. Random keys may be handed on, but not used.
+      function: of the module's level: its kernels are kept for as long as it is.
+      args: trees of arrays, none of them empty. Random keys may be handed on, but not used.
 
     Raises:
       Unsupported: ``function`` does what cannot be unrolled.
@@ -57,7 +58,8 @@ def fused(function: Callable[..., Any], setting: Hashable, *args: Any) -> Any:
 def _together(function: Callable[..., Any], setting: Hashable, size: int, args: Any) -> Any:
     """``function`` of ``size`` walkers; ``args`` have them along their leading axis."""
     leaves, tree = jax.tree.flatten(args)
-    program = _program(function, setting, tree, tuple((x.shape[1:], x.dtype) for x in leaves))
+    told = tuple((x.shape[1:], x.dtype) for x in leaves)
+    program = program_of(function, setting, tree, told, jax.config.jax_enable_x64)
     done = iter(program.run([leaves[i].reshape(size, -1).T for i in program.read]))
     results = [
         next(done).T.reshape(size, *shape) if same is None else leaves[same]
@@ -66,11 +68,11 @@ def _together(function: Callable[..., Any], setting: Hashable, size: int, args: 
     return jax.tree.unflatten(program.tree, results)
 
 
-class _Program:
+class Program:
     """The kernels of a function.
 
     Attributes:
-      read: which of its arguments they are given. run: them, [n, B] each, to the results that are new.
+      read: which of its arguments they are given. run: these, [n, B] each, to the results that are new.
       same: of each result, the argument that it is, if it is one; keys all are.
       shapes: of the results of one walker. tree: that they make.
     """
@@ -80,29 +82,57 @@ class _Program:
         given = inputs(graph, [jax.ShapeDtypeStruct(shape, dtype) for shape, dtype in leaves])
         done = unrolled(graph, lambda *x: function(setting, *x), *jax.tree.unflatten(tree, given))
         results, self.tree = jax.tree.flatten(done)
-        arguments = {_entries(x): i for i, x in enumerate(given)}
-        self.same = [arguments.get(_entries(x)) for x in results]
+        arguments = {_names(x): i for i, x in enumerate(given)}
+        self.same = [arguments.get(_names(x)) for x in results]
         self.shapes = [x.shape for x in results]
-        self.read = [
-            i for i, (_, dtype) in enumerate(leaves) if not jnp.issubdtype(dtype, jax.dtypes.prng_key)
-        ]
+        self.read = [i for i, (_, dtype) in enumerate(leaves) if not _is_key(dtype)]
         new = [i for i, same in enumerate(self.same) if same is None]
+        if any(not results[i].size or _is_key(results[i].flat[0].dtype) for i in new):
+            raise Unsupported("a result that is empty, or a key that is not handed on as it was")
         self.run = pallas.kernels(
-            [[*given[i].flat] for i in self.read], [[*results[i].flat] for i in new], self._reused(tree, new)
+            [[*given[i].flat] for i in self.read],
+            [[*results[i].flat] for i in new],
+            self._reused(tree, given, results, new),
         )
 
-    def _reused(self, tree: Any, new: list[int]) -> dict[int, int]:
+    def _reused(
+        self, tree: Any, given: list[Entries], results: list[Entries], new: list[int]
+    ) -> dict[int, int]:
         """Of a state that goes on, each new part takes the old one's place: loops copy nothing then."""
         first = jax.tree.structure(jax.tree.unflatten(tree, range(tree.num_leaves))[0])
-        return {k: self.read.index(i) for k, i in enumerate(new)} if first == self.tree else {}
-
-
-def _entries(x: np.ndarray) -> tuple[Any, ...]:
-    return (x.shape, *map(id, x.flat))
+        if first != self.tree:
+            return {}
+        return {
+            k: self.read.index(i)
+            for k, i in enumerate(new)
+            if given[i].shape == results[i].shape and given[i].flat[0].dtype == results[i].flat[0].dtype
+        }
 
 
 @lru_cache(maxsize=16)
-def _program(function: Callable[..., Any], setting: Hashable, tree: Any, leaves: Any) -> _Program:
-    # What is constant is computed by a processor: a GPU would have to compile each small step of it.
-    with jax.default_device(jax.local_devices(backend="cpu")[0]):
-        return _Program(function, setting, tree, leaves)
+def program_of(
+    function: Callable[..., Any], setting: Hashable, tree: Any, leaves: tuple[Any, ...], x64: bool
+) -> Program:
+    """The kernels of ``function``, made once.
+
+    Args:
+      tree, leaves: of its arguments, shape and type of each. x64: as JAX is set.
+    """
+    with _by_processor():
+        return Program(function, setting, tree, leaves)
+
+
+def _by_processor() -> contextlib.AbstractContextManager[Any]:
+    """What is constant is computed by a processor: a GPU would have to compile each small step of it."""
+    try:
+        return jax.default_device(jax.local_devices(backend="cpu")[0])
+    except RuntimeError:  # it has been told to do without
+        return contextlib.nullcontext()
+
+
+def _names(x: Entries) -> tuple[Any, ...]:
+    return (x.shape, *map(id, x.flat))
+
+
+def _is_key(dtype: Any) -> bool:
+    return jnp.issubdtype(dtype, jax.dtypes.prng_key)

@@ -48,15 +48,16 @@ ARITHMETIC = frozenset(
 """What counts as a floating-point operation."""
 _COMMUTE = frozenset({"add", "mul", "min", "max", "and", "or", "eq", "ne"})
 
-_FOLD: dict[str, Any] = {
+OPERATIONS: dict[str, Any] = {
     "add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide,
     "min": np.minimum, "max": np.maximum, "neg": np.negative, "abs": np.abs, "sign": np.sign,
     "sqrt": np.sqrt, "sin": np.sin, "cos": np.cos, "exp": np.exp, "asin": np.arcsin, "atan2": np.arctan2,
-    "floor": np.floor, "pow": np.power, "rem": np.fmod, "square": np.square,
+    "floor": np.floor, "pow": np.power, "rem": np.fmod,
     "lt": np.less, "le": np.less_equal, "gt": np.greater, "ge": np.greater_equal,
     "eq": np.equal, "ne": np.not_equal,
     "and": np.bitwise_and, "or": np.bitwise_or, "not": np.invert, "is_finite": np.isfinite,
 }  # fmt: skip
+"""All that a graph is made of, but for ``convert`` and ``select``, and how constants are computed."""
 
 
 class Graph:
@@ -80,11 +81,11 @@ class Graph:
             return self._converted(args[0], dtype)
         if op == "select":
             return self._selected(*args, dtype)
-        if op not in _FOLD:
+        if op not in OPERATIONS:
             raise Unsupported(op)
         if all(map(known, args)):
             with np.errstate(all="ignore"):
-                return dtype.type(_FOLD[op](*args))
+                return dtype.type(OPERATIONS[op](*args))
         simple = self._simplified(op, args, dtype)
         return self._node(op, args, dtype) if simple is None else simple
 
@@ -99,7 +100,8 @@ class Graph:
 
     def _converted(self, x: Entry, dtype: Any) -> Entry:
         if known(x):
-            return dtype.type(x)
+            with np.errstate(all="ignore"):
+                return dtype.type(x)
         return x if x.dtype == dtype else self._node("convert", (x,), dtype)
 
     def _selected(self, which: Entry, no: Entry, yes: Entry, dtype: Any) -> Entry:
@@ -110,8 +112,8 @@ class Graph:
         return self._node("select", (which, no, yes), dtype)
 
     def _simplified(self, op: str, args: tuple[Entry, ...], dtype: Any) -> Entry | None:
-        """What the operation comes to without being done; nought times a number is nought, even were that
-        number not finite."""
+        """What the operation comes to without being done, as if numbers were finite: 0 x, x - x and 0 / x are
+        0 here, where JAX may have NaN. A state that is not finite shows in its other numbers."""
         if len(args) != 2:
             return None
         a, b = args
@@ -130,9 +132,9 @@ class Graph:
             return a if _is(b, 1) else None
         if op in ("min", "max", "and", "or") and a is b:
             return a
-        if op == "and":
+        if op == "and" and dtype == np.bool_:
             return _both(a, b)
-        if op == "or":
+        if op == "or" and dtype == np.bool_:
             return _either(a, b)
         return None
 

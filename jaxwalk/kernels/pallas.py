@@ -36,7 +36,7 @@ def kernels(
 
     Args:
       arguments, results: of each array, its entries.
-      reused: for a result, the argument in whose memory it may be written.
+      reused: for a result, the argument in whose memory it is written, of its own length and type.
       interpret: runs on any device, for tests.
 
     Returns:
@@ -54,7 +54,7 @@ def kernels(
         stacks = [jnp.pad(x, ((0, 0), (0, width - count)), mode="edge") for x in stacks]
         place = {node.index: (i, row) for i, nodes in enumerate(arguments) for row, node in enumerate(nodes)}
         for piece in first:
-            given = _sorted(piece.gives)
+            given = _by_type(piece.gives)
             place |= {
                 x.index: (len(stacks) + i, row) for i, xs in enumerate(given) for row, x in enumerate(xs)
             }
@@ -111,8 +111,8 @@ def _call(
     )
 
 
-def _sorted(nodes: list[Node]) -> list[list[Node]]:
-    """By the type that they are stored as."""
+def _by_type(nodes: list[Node]) -> list[list[Node]]:
+    """In an array each."""
     types = {}
     for node in nodes:
         types.setdefault(node.dtype, []).append(node)

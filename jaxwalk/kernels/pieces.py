@@ -27,7 +27,7 @@ class Piece(NamedTuple):
 
 
 def cut(results: list[Entry], size: int) -> list[Piece]:
-    """The nodes that ``results`` need, in pieces of about ``size``: 0.75 to 1.25 of it, but for the last."""
+    """The nodes that ``results`` need, in pieces of 0.75 to 1.25 times ``size`` >= 2, but for the last."""
     nodes = reach(results).nodes
     bounds = _bounds(nodes, results, size)
     of = {}

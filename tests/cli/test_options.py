@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from jaxwalk.bench.command import configured
+from jaxwalk.cli.train import read
 from jaxwalk.config import Config, TrainConfig, to_dict
 from jaxwalk.presets import PRESETS
 
@@ -13,6 +15,17 @@ from jaxwalk.presets import PRESETS
 def test_train_without_options_is_the_default_configuration(jaxwalk_cli, called):
     assert jaxwalk_cli("train") == (0, "preset default, for cpu\n", "")
     assert called == [(Config(), None, 0, "jaxwalk train")]
+
+
+@pytest.mark.parametrize("there, preset", [(True, "gpu"), (False, "default")])
+def test_the_preset_is_that_of_what_jax_finds(monkeypatch, there, preset):
+    monkeypatch.setattr("jaxwalk.runtime.has_accelerator", lambda: there)
+    assert read(["--seed", "3"]).config == PRESETS[preset]
+    assert configured(64) == dataclasses.replace(
+        PRESETS[preset],
+        train=dataclasses.replace(PRESETS[preset].train, walkers=64),
+        ddpg=dataclasses.replace(PRESETS[preset].ddpg, warmup=64),
+    )
 
 
 @pytest.mark.parametrize("spelling", [["--preset", "paper"], ["--preset=paper"]])

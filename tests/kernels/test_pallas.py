@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from jaxwalk.kernels import pallas, pieces
+from jaxwalk.kernels.entries import inputs
 from jaxwalk.kernels.graph import Graph, known
-from jaxwalk.kernels.unroll import inputs, unrolled
+from jaxwalk.kernels.unroll import unrolled
 
 WALKERS = 70  # no multiple of a block
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from jaxwalk.kernels import emit
-from jaxwalk.kernels.graph import Graph, Unsupported, known, reach
-from jaxwalk.kernels.unroll import inputs, unrolled
+from jaxwalk.kernels.entries import inputs
+from jaxwalk.kernels.graph import OPERATIONS, Graph, Unsupported, known, reach
+from jaxwalk.kernels.unroll import unrolled
 
 
 def computed(function, *args):
@@ -48,6 +49,12 @@ V = np.random.default_rng(1).normal(size=4).astype(np.float32)
         lambda x, v: (jnp.unstack(v), jnp.unstack(x, axis=1), jnp.split(x, [1, 3], axis=1)),
         lambda x, v: jnp.clip(jnp.cross(x[:, :3], v[:3]), -0.5, 0.5),
         lambda x, v: jax.vmap(jnp.dot, (0, None))(x, v).astype(jnp.int32).astype(jnp.float32),
+        lambda x, v: (jnp.dot(v, v), jnp.max((9 * x).astype(int), 0), jnp.sum(x[:0], 0), jnp.sign(x)),
+        lambda x, v: ((9 * x).astype(int) & 6) | 2,
+        lambda x, v: jnp.take(v, jnp.array([1, -1, 7, -9]), mode="fill", fill_value=5.0),
+        lambda x, v: jnp.take(x, jnp.array([[1, 9], [-1, 0]]), axis=1, mode="clip"),
+        lambda x, v: jnp.asarray(x).at[jnp.array([0, 5, 1]), jnp.array([1, 1, 3])].multiply(v[:3]),
+        lambda x, v: jax.vmap(lambda row, i: row.at[i].set(v[0]))(x, jnp.array([2, 0, 3])),
         lambda x, v: jnp.linalg.norm(x, axis=1) + jnp.arctan2(v[0], v[1]) + jnp.exp(v[2]),
     ],
 )
@@ -85,6 +92,24 @@ def test_what_nobody_reads_is_not_computed():
 def test_a_loop_is_refused_by_name():
     with pytest.raises(Unsupported, match="while"):
         computed(lambda v: jax.lax.while_loop(lambda x: x[0] < 9, lambda x: x + 1, v), V)
+
+
+@pytest.mark.parametrize(
+    "function, why",
+    [
+        (lambda v: jnp.asarray(v).at[0].apply(jnp.sin), "by a function"),
+        (lambda v: jnp.round(v), "round"),
+        (lambda v: jnp.max(v[:0], initial=-jnp.inf), "max of nothing"),
+        (lambda v: jnp.sort(v), "sort"),
+    ],
+)
+def test_what_has_no_rule_is_refused_by_name(function, why):
+    with pytest.raises(Unsupported, match=why):
+        computed(function, V)
+
+
+def test_every_operation_of_a_graph_can_be_emitted():
+    assert OPERATIONS.keys() <= emit.OPERATIONS.keys()
 
 
 def test_keys_are_handed_on():
