@@ -72,7 +72,7 @@ _PAPER = Config(
 
 # For one accelerator, where a footstep costs next to nothing beside an update: fewer of these than the
 # default, of larger batches, from more footsteps. Two trainings that went on to 640,000 footsteps, exploring
-# ever less, were at their best after 83,000 and 123,000 (docs/results/gpu-train.json); this is how they began.
+# ever less, were at their best after 83,000 and 123,000 (docs/results/gpu-train.json); so they began.
 _GPU = Config(
     ddpg=DDPGConfig(
         batch_size=1_024,
