@@ -44,7 +44,7 @@ def _rate(one: Mapping[str, Any]) -> float:
 
 
 def draw(result: Mapping[str, Any], path: Path) -> None:
-    """Both axes logarithmic; ratios on a CPU, rates on a GPU.
+    """Ratios on a CPU; on a GPU, where they span decades, rates on a logarithmic axis.
 
     Args:
       result: of ``jaxwalk bench --batches``.
@@ -60,7 +60,10 @@ def draw(result: Mapping[str, Any], path: Path) -> None:
         sizes, rates = zip(*points, strict=True)
         axes.plot(sizes, rates, line, label=label, linewidth=1.6, color=grey, marker=marker, markersize=4)
     axes.set_xscale("log", base=2)
-    axes.set_yscale("log")
+    if absolute:
+        axes.set_yscale("log")
+    else:
+        axes.set_ylim(bottom=0.0)
     sizes = sorted({size for points in found.values() for size, _ in points})
     axes.set_xticks(sizes, [f"{size:,}" for size in sizes])
     axes.set_xlabel("walkers")
@@ -69,7 +72,7 @@ def draw(result: Mapping[str, Any], path: Path) -> None:
     axes.grid(color="0.92", which="both")
     axes.spines[["top", "right"]].set_visible(False)
     if found:
-        axes.legend(frameon=False, fontsize=8)
+        axes.legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     hardware = ", ".join(dict.fromkeys(result["hardware"]["devices"]))
     versions = f"jax {result['versions']['jax']}, mujoco-mjx {result['versions']['mujoco-mjx']}"
     axes.set_title(f"{hardware}; {versions}", loc="left", fontsize=10)
