@@ -6,7 +6,7 @@ are NumPy's, of objects.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -33,8 +33,8 @@ class Node:
 Entry = Any  # a Node or a NumPy scalar
 
 
-class Unsupported(NotImplementedError):
-    """An operation that has no meaning for single numbers, or none here."""
+class Unsupported(ValueError):
+    """A function that cannot be unrolled: an operation of it has no rule, or its arrays are empty."""
 
 
 def known(entry: Entry) -> bool:
@@ -132,10 +132,8 @@ class Graph:
             return a if _is(b, 1) else None
         if op in ("min", "max", "and", "or") and a is b:
             return a
-        if op == "and" and dtype == np.bool_:
-            return _both(a, b)
-        if op == "or" and dtype == np.bool_:
-            return _either(a, b)
+        if op in ("and", "or") and dtype == np.bool_:
+            return _logical(a, b, neutral=op == "and")
         return None
 
     def _product(self, a: Entry, b: Entry, dtype: Any) -> Entry | None:
@@ -148,45 +146,28 @@ class Graph:
         return None
 
 
-class Reach(NamedTuple):
-    """What is needed for some results: nodes in order, and which of the inputs."""
-
-    nodes: list[Node]
-    inputs: list[Node]
-
-
-def reach(results: list[Entry]) -> Reach:
-    """What ``results`` need."""
+def reach(results: list[Entry]) -> list[Node]:
+    """The nodes that ``results`` need, in order, without inputs."""
     seen: dict[int, Node] = {}
     open_ = [x for x in results if not known(x)]
     while open_:
         node = open_.pop()
-        if node.index in seen:
+        if node.index in seen or node.op == "input":
             continue
         seen[node.index] = node
-        if node.op != "input":
-            open_ += [x for x in node.args if not known(x)]
-    order = [seen[i] for i in sorted(seen)]
-    return Reach([x for x in order if x.op != "input"], [x for x in order if x.op == "input"])
+        open_ += [x for x in node.args if not known(x)]
+    return [seen[i] for i in sorted(seen)]
 
 
 def _is(entry: Entry, value: int) -> bool:
     return known(entry) and bool(entry == value)
 
 
-def _both(a: Entry, b: Entry) -> Entry | None:
-    if known(a):
-        return b if a else a
-    if known(b):
-        return a if b else b
-    return None
-
-
-def _either(a: Entry, b: Entry) -> Entry | None:
-    if known(a):
-        return a if a else b
-    if known(b):
-        return b if b else a
+def _logical(a: Entry, b: Entry, neutral: bool) -> Entry | None:
+    """Of truth values, one of which is known: the other if that one is ``neutral``, else that one."""
+    for this, other in ((a, b), (b, a)):
+        if known(this):
+            return other if bool(this) == neutral else this
     return None
 
 

@@ -28,7 +28,7 @@ class Piece(NamedTuple):
 
 def cut(results: list[Entry], size: int) -> list[Piece]:
     """The nodes that ``results`` need, in pieces of 0.75 to 1.25 times ``size`` >= 2, but for the last."""
-    nodes = reach(results).nodes
+    nodes = reach(results)
     bounds = _bounds(nodes, results, size)
     of = {}
     for piece, (begin, end) in enumerate(itertools.pairwise(bounds)):

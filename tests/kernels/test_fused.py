@@ -53,7 +53,7 @@ def evaluated(function, *args):
             x = jnp.zeros(WALKERS)  # nobody asks for their values
         columns = x.reshape(WALKERS, -1).T
         values |= {node.index: column for node, column in zip(entries.flat, columns, strict=True)}
-    nodes = reach([x for leaf in done for x in leaf.flat]).nodes
+    nodes = reach([x for leaf in done for x in leaf.flat])
     emit.emit(nodes, values, (WALKERS,))
     results = [
         np.stack([emit.value(x, values, (WALKERS,)) for x in leaf.flat], 1).reshape(WALKERS, *leaf.shape)

@@ -44,13 +44,21 @@ def test_a_choice_that_is_known_is_made(graph):
     assert not known(graph.apply("select", (which, a, b), F32))
 
 
+@pytest.mark.parametrize("op, neutral", [("and", True), ("or", False)])
+def test_known_truth_values_decide_or_change_nothing(graph, op, neutral):
+    x = graph.input(BOOL)
+    for args in ((x, np.bool_(neutral)), (np.bool_(neutral), x)):
+        assert graph.apply(op, args, BOOL) is x
+    for args in ((x, np.bool_(not neutral)), (np.bool_(not neutral), x)):
+        assert graph.apply(op, args, BOOL) == (not neutral)
+
+
 def test_results_reach_what_they_need_and_nothing_else(graph):
     a, b = graph.input(F32), graph.input(F32)
     double, other = graph.apply("add", (a, a), F32), graph.apply("mul", (b, b), F32)
     result = graph.apply("sin", (double,), F32)
-    found = reach([result, np.float32(1)])
-    assert found.nodes == [double, result] and found.inputs == [a]
-    assert other not in found.nodes
+    assert reach([other, result, np.float32(1), a]) == [double, other, result]
+    assert reach([result]) == [double, result]
 
 
 def test_an_unknown_operation_is_refused_by_name(graph):

@@ -1,7 +1,5 @@
 """A function in pieces, by Pallas' interpreter."""
 
-from functools import partial
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -78,7 +76,7 @@ def test_kernels_compute_what_the_function_does(monkeypatch, size, reused):
 def test_a_kernel_is_compiled_once_for_each_piece():
     arguments, results = unrolled_state()
     text = str(
-        jax.make_jaxpr(partial(pallas.kernels(arguments, results)))(
+        jax.make_jaxpr(pallas.kernels(arguments, results))(
             [jnp.zeros((n, 64), d) for n, d in ((3, jnp.float32), (3, bool), (1, jnp.int32))]
         )
     )

@@ -18,7 +18,7 @@ def computed(function, *args):
     given = inputs(graph, args)
     done = unrolled(graph, function, *given)
     leaves, tree = jax.tree.flatten(done)
-    nodes = reach([x for leaf in leaves for x in leaf.flat]).nodes
+    nodes = reach([x for leaf in leaves for x in leaf.flat])
     values = {
         node.index: number
         for leaf, array in zip(jax.tree.leaves(given), jax.tree.leaves(args), strict=True)
