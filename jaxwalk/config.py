@@ -27,6 +27,10 @@ Engine = Literal["mjx", "mujoco"]
 """What moves the plant: MJX, or C MuJoCo solved to convergence (see ``jaxwalk.c_mujoco``)."""
 
 
+Kernels = Literal["auto", "off"]
+"""Whether a walker's tick is made into native code (see ``jaxwalk.kernels``)."""
+
+
 @dataclass(frozen=True)
 class BodyConfig:
     """Who walks."""
@@ -85,6 +89,9 @@ class PhysicsConfig:
 
     timestep: float = 0.002
     """Length of one tick, s."""
+    solver: Literal["own", "mjx"] = "own"
+    """What solves the equations of motion: the package's own Newton method, many times as fast, for models of
+    the package's kind; or plain ``mjx.step``, for whoever changes the MJCF."""
     iterations: int = 3
     """Newton iterations a tick; of MuJoCo's own solver, at most."""
     ls_iterations: int = 5
@@ -387,6 +394,8 @@ class Config:
     train: TrainConfig = field(default_factory=TrainConfig)
     observation: tuple[Observable, ...] = ("speed", "pitch", "zmp", "step_length", "pitch_rate")
     """What the policy is told at touch-down: the paper's state and the rate of its pitch."""
+    kernels: Kernels = "auto"
+    """auto: native code on a CPU and kernels on a GPU, where they can be made. off: XLA's own programs."""
 
 
 def to_dict(config: Config) -> dict:

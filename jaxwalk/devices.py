@@ -14,8 +14,8 @@ from jaxtyping import Array, Bool
 AXIS = "walkers"
 
 BLOCK = 32
-"""Walkers that a CPU's core moves together: more would not stay in its cache (64 are about as fast, 256 a
-fifth slower). All programs move blocks of this size: a walk does not depend on how many others walk."""
+"""Walkers that XLA moves together on a CPU's core: more would not stay in its cache (64 are about as fast,
+256 a fifth slower)."""
 
 
 def mesh(walkers: int | None = None) -> Mesh:
@@ -37,25 +37,27 @@ def here(tree: Any, mesh: Mesh) -> Any:
     return jax.device_put(jax.device_get(tree), NamedSharding(local(mesh), PartitionSpec()))
 
 
-def granularity() -> int:
-    """What a device's walkers are rounded up to, so that they make whole blocks."""
-    return BLOCK if jax.default_backend() == "cpu" else 1
+def each(function: Callable[..., Any], *walkers: Any, block: int = 0) -> Any:
+    """``function`` of one walker for all, of whom ``walkers`` hold the arguments, leading axis first.
 
+    It is `jax.vmap`, in blocks, one after another: what becomes of a walker does not depend on how many
+    others there are, if these make whole blocks.
 
-def each(function: Callable[..., Any], *walkers: Any) -> Any:
-    """``function`` of one walker for all of them, of whom ``walkers`` hold the arguments, leading axis first.
-
-    It is `jax.vmap`; on a CPU in blocks of `BLOCK`, one after another.
+    Args:
+      block: walkers in one; 0: `BLOCK` on a CPU, all of them elsewhere.
     """
     many = jax.vmap(function)
     count = len(jax.tree.leaves(walkers)[0])
-    whole, rest = divmod(count, BLOCK) if jax.default_backend() == "cpu" else (0, count)
+    block = block or (BLOCK if jax.default_backend() == "cpu" else count)
+    whole, rest = divmod(count, block)
+    if whole == 1 and not rest:
+        return many(*walkers)
     # Not lax.map's own batch_size: it fails on arrays without elements, as mjx.Data has some.
-    blocks = jax.tree.map(lambda x: x[: count - rest].reshape(whole, BLOCK, *x.shape[1:]), walkers)
+    blocks = jax.tree.map(lambda x: x[: count - rest].reshape(whole, block, *x.shape[1:]), walkers)
     parts = []
     if whole:
         moved = jax.lax.map(lambda one: many(*one), blocks)
-        parts.append(jax.tree.map(lambda x: x.reshape(whole * BLOCK, *x.shape[2:]), moved))
+        parts.append(jax.tree.map(lambda x: x.reshape(whole * block, *x.shape[2:]), moved))
     if rest:
         parts.append(many(*jax.tree.map(lambda x: x[count - rest :], walkers)))
     return parts[0] if len(parts) == 1 else jax.tree.map(lambda *x: jnp.concatenate(x), *parts)

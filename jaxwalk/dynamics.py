@@ -8,9 +8,44 @@ their places, which solve the same equations for a batch at a time.
 from __future__ import annotations
 
 import jax
+import mujoco
+import numpy as np
 from mujoco import mjx
 
 from jaxwalk import newton, spd
+from jaxwalk.errors import UserError
+
+
+def check(model: mujoco.MjModel) -> None:
+    """See that `step` holds for ``model``.
+
+    Raises:
+      UserError: what it does not hold for, by name.
+    """
+    joints = {int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_HINGE)}
+    servos = {int(mujoco.mjtBias.mjBIAS_NONE), int(mujoco.mjtBias.mjBIAS_AFFINE)}
+    options = model.opt
+    found = [
+        what
+        for what, there in (
+            ("joints that neither slide nor turn about one axis", not set(model.jnt_type.tolist()) <= joints),
+            ("springs of joints or tendons", model.ntendon > 0 or bool(np.any(model.jnt_stiffness))),
+            ("equality constraints", model.neq > 0),
+            ("dry friction of joints", bool(np.any(model.dof_frictionloss))),
+            ("elliptic friction cones", options.cone != mujoco.mjtCone.mjCONE_PYRAMIDAL),
+            ("a sparse Jacobian", options.jacobian != mujoco.mjtJacobian.mjJAC_DENSE),
+            (
+                "another integrator than implicitfast",
+                options.integrator != mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
+            ),
+            ("actuators with a state of their own", model.na > 0),
+            ("actuators other than motors and servos", not set(model.actuator_biastype.tolist()) <= servos),
+            ("a fluid", options.density > 0 or options.viscosity > 0),
+        )
+        if there
+    ]
+    if found:
+        raise UserError(f"the body's model has {', '.join(found)}: give --physics.solver mjx")
 
 
 def step(model: mjx.Model, data: mjx.Data, iterations: int) -> mjx.Data:

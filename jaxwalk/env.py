@@ -7,7 +7,6 @@ runs until the touch-down, so a batch waits for its slowest walker; the trainer'
 
 from __future__ import annotations
 
-from functools import partial
 from typing import cast
 
 import jax
@@ -16,11 +15,12 @@ from brax import envs
 from brax.envs.base import Env, State
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from jaxwalk import config_io, footstep, stepper, walker, windows
+from jaxwalk import config_io, footstep, stepper, stepping, walker, windows
 from jaxwalk.config import Config
 from jaxwalk.stepper import Stepper, Task
 
 NAME = "jaxwalk_footstep"
+TICKS = 25  # that native code goes on before it is asked whether a walker has landed
 
 
 class FootstepEnv(Env):
@@ -124,11 +124,25 @@ class FootstepEnv(Env):
 
     def _walk(self, state: Stepper) -> Stepper:
         """Until the next touch-down or the end; a stall ends, so this does."""
-        model = walker.model(self._task.setup, state.walker.person)
+        task = self._task
         state = state.replace(last=state.last.replace(closed=jnp.bool_(False)))
-        return jax.lax.while_loop(
-            lambda s: ~(s.asked | s.done), partial(stepper.tick, self._task, model), state
-        )
+
+        def on(state: Stepper) -> Stepper:
+            def by_xla() -> tuple[Stepper, None]:
+                return stepper.tick(task, walker.model(task.setup, state.walker.person), state), None
+
+            return stepping.scan(task.setup, _on, task, TICKS, state, otherwise=by_xla)[0]
+
+        return jax.lax.while_loop(_goes_on, on, state)
+
+
+def _goes_on(state: Stepper) -> Array:
+    return ~(state.asked | state.done)
+
+
+def _on(task: Task, state: Stepper) -> tuple[Stepper, None]:
+    """One tick further, if the footstep goes on."""
+    return stepper.select(_goes_on(state), stepper.alone(task, state)[0], state), None
 
 
 def _strong(leaf: Array | float) -> Array:

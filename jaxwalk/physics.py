@@ -92,7 +92,10 @@ def compile_mujoco(body: BodyConfig, physics: PhysicsConfig) -> mujoco.MjModel:
 @lru_cache(maxsize=16)
 def _reference_on_host(body: BodyConfig, physics: PhysicsConfig) -> mjx.Model:
     with jax.ensure_compile_time_eval():
-        model = mjx.put_model(compile_mujoco(body, physics), _own_device(), impl="jax")
+        compiled = compile_mujoco(body, physics)
+        if physics.solver == "own":
+            dynamics.check(compiled)
+        model = mjx.put_model(compiled, _own_device(), impl="jax")
         return jax.tree.map(np.asarray, model)
 
 
@@ -211,6 +214,8 @@ def advance(
         ctrl=control,
         xfrc_applied=jnp.concatenate([jnp.zeros((1, 6)), wrench]),  # nobody pushes the world
     )
+    if physics.solver == "mjx":
+        return model, mjx.step(model, data)
     return model, dynamics.step(model, data, physics.iterations)
 
 

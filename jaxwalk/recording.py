@@ -16,7 +16,6 @@ from jaxtyping import Array, Bool, Float, Int
 from jaxwalk import pushes, rollout, stepper, walker
 from jaxwalk.stepper import Stepper, Task
 from jaxwalk.subjects import Subject
-from jaxwalk.walker import Setup
 
 SEGMENT = 50  # decision windows in one call of the compiled program, whatever the seconds asked for
 FALL_SECONDS = 1.2  # written down after a fall
@@ -103,7 +102,7 @@ class Ticks:
     fell: Bool[Array, "*T"]
 
 
-def _look(setup: Setup, after: Stepper) -> Ticks:
+def _look(task: Task, after: Stepper) -> Ticks:
     body = after.walker
     return Ticks(
         qpos=body.plant.qpos,
@@ -111,7 +110,7 @@ def _look(setup: Setup, after: Stepper) -> Ticks:
         speed=body.sensors.last_velocity,
         landed=(body.gait.elapsed == 0) & ~after.terminated,
         leg=body.gait.stance,
-        length=walker.landed_length(setup, body),
+        length=walker.landed_length(task.setup, body),
         fell=after.terminated,
     )
 
@@ -129,7 +128,7 @@ class Loop:
         self._task = dataclasses.replace(Task.of(config), episode_ticks=pushes.NEVER)
         self._start = jax.jit(partial(stepper.start, self._task, config.gait))
         self._person = tuple(map(jnp.float32, (config.body.height, config.body.mass, config.sensors.noise)))
-        tick = rollout.watched(partial(_look, self._task.setup))
+        tick = rollout.watched(_look)
         self._segment = jax.jit(partial(rollout.segment, self._task, subject.act, windows, tick))
         self.timestep = self._task.setup.timestep
         self.ticks = windows * self._task.setup.window_ticks

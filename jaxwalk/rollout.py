@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from typing import Any
 
 import jax
 from mujoco import mjx
 
-from jaxwalk import stepper, walker
+from jaxwalk import stepper, stepping, walker
 from jaxwalk.stepper import Stepper, Task
 from jaxwalk.trials import Act
 
 Tick = Callable[[Task, mjx.Model, Stepper], tuple[Stepper, Any]]
-"""A walker one tick further, and a pytree of arrays: what is written down of that tick."""
+"""A walker one tick further, and a pytree of arrays: what is written down of that tick. Of a module's level,
+since native code is made of it once."""
 
 
-def watched(look: Callable[[Stepper], Any]) -> Tick:
+@functools.cache
+def watched(look: Callable[[Task, Stepper], Any]) -> Tick:
     """The plain tick, of whose outcome ``look`` is written down."""
 
     def tick(task: Task, model: mjx.Model, state: Stepper) -> tuple[Stepper, Any]:
         after = stepper.tick(task, model, state)
-        return after, look(after)
+        return after, look(task, after)
 
     return tick
 
@@ -37,11 +40,21 @@ def segment(
     Returns:
       The walker, and what was written down, each array with a leading axis of ticks.
     """
-    model = walker.model(task.setup, state.walker.person)
+    ticks = task.setup.window_ticks
 
     def window(state: Stepper, _: None) -> tuple[Stepper, Any]:
         state = stepper.decide(state, act(params, state.observation))
-        return jax.lax.scan(lambda one, _: tick(task, model, one), state, length=task.setup.window_ticks)
+
+        def by_xla() -> tuple[Stepper, Any]:
+            model = walker.model(task.setup, state.walker.person)
+            return jax.lax.scan(lambda one, _: tick(task, model, one), state, length=ticks)
+
+        return stepping.scan(task.setup, _alone, (tick, task), ticks, state, otherwise=by_xla)
 
     state, rows = jax.lax.scan(window, state, length=windows)
     return state, jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), rows)
+
+
+def _alone(setting: tuple[Tick, Task], state: Stepper) -> tuple[Stepper, Any]:
+    tick, task = setting
+    return tick(task, walker.model(task.setup, state.walker.person), state)

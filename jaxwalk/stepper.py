@@ -155,7 +155,7 @@ def tick(
     setup = task.setup
     # Gazebo's drives round to whole ticks, which has no kernel; their plant has (`walker.move`).
     servos = setup.engine == "mjx" and setup.physics.drives == "servo"
-    if servos and kernels.usable(setup.body, setup.physics):
+    if servos and walker.on_gpu(setup):
         return kernels.fused(_tick, task, stepper, white)
     return moved(task, stepper, *walker.tick(task.setup, model, stepper.walker, white))
 
@@ -163,6 +163,11 @@ def tick(
 def _tick(task: Task, stepper: Stepper, white: Float[Array, "18"]) -> Stepper:
     model = walker.model(task.setup, stepper.walker.person)
     return moved(task, stepper, *walker.tick(task.setup, model, stepper.walker, white))
+
+
+def alone(task: Task, stepper: Stepper) -> tuple[Stepper, None]:
+    """One physics step of a walker that brings along all that it needs, noise and body included."""
+    return _tick(task, stepper, walker.noise(stepper.walker, 1)[0]), None
 
 
 def moved(task: Task, stepper: Stepper, state: Walker, event: walker.Event) -> Stepper:

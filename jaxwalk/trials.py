@@ -19,7 +19,7 @@ from flax import struct
 from jax.sharding import Mesh
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from jaxwalk import devices, pushes, stepper, sway, walker
+from jaxwalk import devices, pushes, stepper, stepping, sway, walker
 from jaxwalk.burdens import Burden
 from jaxwalk.config import GaitConfig
 from jaxwalk.stepper import Stepper, Task
@@ -174,6 +174,13 @@ def begin(task: Task, numbers: GaitConfig, scenario: Scenario) -> Trial:
     return Trial(scenario, state, jnp.int32(0), tally, zero, jnp.ones(()), state.observation)
 
 
+def _alone(task: Task, trial: Trial, profile: Profile) -> tuple[Trial, None]:
+    """One tick of a trial that brings along all that it needs."""
+    body = trial.state.walker
+    model, white = walker.model(task.setup, body.person), walker.noise(body, 1)[0]
+    return _tick(task, profile, model, trial, white), None
+
+
 def _tick(task: Task, profile: Profile, model, trial: Trial, white: Float[Array, "18"]) -> Trial:
     before, dt = trial.state, task.setup.timestep
     after = stepper.tick(task, model, before, white)
@@ -243,13 +250,19 @@ def advance(
 ) -> Trial:
     """One trial, ``windows`` decision windows further; the policy is asked at each one's start."""
     count = task.setup.window_ticks
-    model = walker.model(task.setup, trial.state.walker.person)
 
     def window(_, trial: Trial) -> Trial:
         answered = stepper.decide(trial.state, act(params, trial.state.observation))
         trial = trial.replace(state=answered)
-        white = walker.noise(answered.walker, count)
-        return jax.lax.fori_loop(0, count, lambda i, t: _tick(task, profile, model, t, white[i]), trial)
+
+        def by_xla() -> tuple[Trial, None]:
+            body = answered.walker
+            model, white = walker.model(task.setup, body.person), walker.noise(body, count)
+            return jax.lax.fori_loop(
+                0, count, lambda i, t: _tick(task, profile, model, t, white[i]), trial
+            ), None
+
+        return stepping.scan(task.setup, _alone, task, count, trial, profile, otherwise=by_xla)[0]
 
     return jax.lax.fori_loop(0, windows, window, trial)
 
@@ -282,13 +295,16 @@ class Runner:
         mesh = devices.mesh() if mesh is None else mesh
         # A trial ends by falling or when it is over, never by an episode's time limit.
         self.task = task = dataclasses.replace(task, episode_ticks=pushes.NEVER)
-        whole = mesh.size * devices.granularity()
+        block = stepping.block(task.setup)
+        whole = mesh.size * block
         self.batch = -(-batch // whole) * whole
         self._window_seconds = task.setup.timestep * task.setup.window_ticks
-        self.begin = spread(lambda n, s: devices.each(partial(begin, task, n), s), mesh, (False, True))
+        self.begin = spread(
+            lambda n, s: devices.each(partial(begin, task, n), s, block=block), mesh, (False, True)
+        )
         each = partial(advance, task, act)
         self.advance = spread(
-            lambda p, f, w, t: devices.each(lambda one: each(p, f, w, one), t),
+            lambda p, f, w, t: devices.each(lambda one: each(p, f, w, one), t, block=block),
             mesh,
             (False, False, False, True),
         )

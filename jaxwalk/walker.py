@@ -25,9 +25,10 @@ from jaxwalk import (
 )
 from jaxwalk import body as body_lib
 from jaxwalk.burdens import Burden
-from jaxwalk.config import BodyConfig, Config, Engine, GaitConfig, PhysicsConfig, SensorConfig
+from jaxwalk.config import BodyConfig, Config, Engine, GaitConfig, Kernels, PhysicsConfig, SensorConfig
 from jaxwalk.gait import GaitState
 from jaxwalk.kernels import fused as kernels
+from jaxwalk.newton import WRITTEN_OUT
 from jaxwalk.similarity import Similarity
 
 
@@ -40,10 +41,12 @@ class Setup:
     sensors: SensorConfig
     window_ticks: int
     engine: Engine = "mjx"
+    kernels: Kernels = "auto"
 
     @classmethod
     def of(cls, config: Config, engine: Engine = "mjx") -> Setup:
-        return cls(config.body, config.physics, config.sensors, config.train.window_ticks, engine)
+        train = config.train
+        return cls(config.body, config.physics, config.sensors, train.window_ticks, engine, config.kernels)
 
     @property
     def timestep(self) -> float:
@@ -246,6 +249,17 @@ def has_fallen(setup: Setup, walker: Walker) -> Bool[Array, ""]:
     return low | (jnp.abs(pitch) > numbers.fall_pitch) | (walker.gait.elapsed > numbers.stall_seconds)
 
 
+def on_gpu(setup: Setup) -> bool:
+    """Whether JAX's first choice of devices here is a GPU, and the plant one that unrolls into a few kernels.
+
+    Between walls a body has twice the joints and four times the contacts, which would be too many; more of
+    the solver's iterations are a loop, which cannot be unrolled. Of GPUs only NVIDIA's have been tried.
+    """
+    physics = setup.physics
+    unrolls = setup.body.model == "planar" and physics.iterations <= WRITTEN_OUT and physics.solver == "own"
+    return jax.default_backend() == "gpu" and setup.kernels == "auto" and unrolls
+
+
 def move(
     setup: Setup,
     model: Model,
@@ -261,7 +275,7 @@ def move(
     """
     if setup.engine == "mujoco":
         return c_mujoco.step(setup.body, setup.physics, who.ratio, plant, control, push, who.burden)
-    if kernels.usable(setup.body, setup.physics):
+    if on_gpu(setup):
         return kernels.fused(_move, setup, who.ratio, who.burden, plant, control, push)
     return physics.step(setup.body, setup.physics, model, plant, control, push)
 

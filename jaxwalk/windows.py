@@ -15,7 +15,7 @@ import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Bool, Float, Key, PRNGKeyArray
 
-from jaxwalk import devices, pushes, stepper, walker
+from jaxwalk import devices, pushes, stepper, stepping, walker
 from jaxwalk.config import REFERENCE_HEIGHT, Config, GaitConfig
 from jaxwalk.errors import UserError
 from jaxwalk.stepper import Footsteps, Stepper, Task
@@ -112,10 +112,13 @@ def renew(config: Config, task: Task, states: Stepper, keys: Key[Array, " B"]) -
 
 def run_ticks(task: Task, state: Stepper, ticks: int) -> Stepper:
     """One walker, ``ticks`` physics steps; its last closed footstep is in ``last``."""
-    model = walker.model(task.setup, state.walker.person)
     state = state.replace(last=state.last.replace(closed=jnp.bool_(False)))
-    white = walker.noise(state.walker, ticks)
-    return jax.lax.fori_loop(0, ticks, lambda i, s: stepper.tick(task, model, s, white[i]), state)
+
+    def by_xla() -> tuple[Stepper, None]:
+        model, white = walker.model(task.setup, state.walker.person), walker.noise(state.walker, ticks)
+        return jax.lax.fori_loop(0, ticks, lambda i, s: stepper.tick(task, model, s, white[i]), state), None
+
+    return stepping.scan(task.setup, stepper.alone, task, ticks, state, otherwise=by_xla)[0]
 
 
 def window(
@@ -131,6 +134,6 @@ def window(
     act_keys, renew_keys = jnp.unstack(jax.vmap(jax.random.split)(keys), axis=1)
     actions = act(states.observation, act_keys)
     states = jax.vmap(stepper.decide)(states, actions)
-    states = devices.each(lambda s: run_ticks(task, s, config.train.window_ticks), states)
+    states = stepping.each(task.setup, lambda s: run_ticks(task, s, config.train.window_ticks), states)
     brought = Window(states.last, states.terminated, states.truncated, states.broken)
     return renew(config, task, states, renew_keys), brought

@@ -10,21 +10,10 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
-from jaxwalk.config import BodyConfig, PhysicsConfig
 from jaxwalk.kernels import pallas
 from jaxwalk.kernels.entries import Entries, inputs
-from jaxwalk.kernels.graph import Graph, Unsupported
+from jaxwalk.kernels.graph import Graph, Unsupported, is_key
 from jaxwalk.kernels.unroll import unrolled
-from jaxwalk.newton import WRITTEN_OUT
-
-
-def usable(body: BodyConfig, physics: PhysicsConfig) -> bool:
-    """Whether JAX's first choice of devices here is a GPU, and the plant one that unrolls into a few kernels.
-
-    Between walls a body has twice the joints and four times the contacts, which would be too many; more of
-    the solver's iterations are a loop, which cannot be unrolled. Of GPUs only NVIDIA's have been tried.
-    """
-    return jax.default_backend() == "gpu" and body.model == "planar" and physics.iterations <= WRITTEN_OUT
 
 
 def fused(function: Callable[..., Any], setting: Hashable, *args: Any) -> Any:
@@ -85,9 +74,9 @@ class Program:
         arguments = {_names(x): i for i, x in enumerate(given)}
         self.same = [arguments.get(_names(x)) for x in results]
         self.shapes = [x.shape for x in results]
-        self.read = [i for i, (_, dtype) in enumerate(leaves) if not _is_key(dtype)]
+        self.read = [i for i, (_, dtype) in enumerate(leaves) if not is_key(dtype)]
         new = [i for i, same in enumerate(self.same) if same is None]
-        if any(not results[i].size or _is_key(results[i].flat[0].dtype) for i in new):
+        if any(not results[i].size or is_key(results[i].flat[0].dtype) for i in new):
             raise Unsupported("a result that is empty, or a key that is not handed on as it was")
         self.run = pallas.kernels(
             [[*given[i].flat] for i in self.read],
@@ -132,7 +121,3 @@ def _by_processor() -> contextlib.AbstractContextManager[Any]:
 
 def _names(x: Entries) -> tuple[Any, ...]:
     return (x.shape, *map(id, x.flat))
-
-
-def _is_key(dtype: Any) -> bool:
-    return jnp.issubdtype(dtype, jax.dtypes.prng_key)

@@ -13,7 +13,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from jaxwalk.kernels import places
+from jaxwalk.kernels import places, randoms
 from jaxwalk.kernels.entries import Entries, constant, each, numbers
 from jaxwalk.kernels.graph import OPERATIONS, Entry, Graph, Unsupported, known
 
@@ -147,6 +147,18 @@ def _square(graph: Graph, params: Any, out: Any, x: Entries) -> Entries:
     return each(graph, "mul", out, x, x)
 
 
+def _bitcast(graph: Graph, params: Any, out: Any, x: Entries) -> Entries:
+    if x.size and x.flat[0].dtype.itemsize != out.dtype.itemsize:
+        raise Unsupported("bitcast_convert_type to another width")
+    return each(graph, "bitcast", out, x)
+
+
+def _round(graph: Graph, params: Any, out: Any, x: Entries) -> Entries:
+    if params["rounding_method"] != jax.lax.RoundingMethod.TO_NEAREST_EVEN:
+        raise Unsupported("round of halves away from nought")
+    return each(graph, "round", out, x)
+
+
 def _clamp(graph: Graph, params: Any, out: Any, low: Entries, x: Entries, high: Entries) -> Entries:
     return each(graph, "min", out, each(graph, "max", out, low, x), high)
 
@@ -207,6 +219,9 @@ RULES: dict[str, Callable[..., Any]] = {
     "reshape": _reshape, "squeeze": _reshape, "expand_dims": _reshape, "slice": _slice, "rev": _rev,
     "transpose": _transpose, "concatenate": _concatenate, "stack": _stack, "unstack": _unstack,
     "split": _split, "tile": _tile, "broadcast_in_dim": _broadcast_in_dim, "pad": _pad,
+    "bitcast_convert_type": _bitcast, "round": _round, "erf_inv": randoms.erf_inv,
+    "random_fold_in": randoms.fold_in, "random_bits": randoms.bits, "random_split": randoms.split,
+    "random_wrap": randoms.wrap, "random_unwrap": randoms.unwrap,
     "select_n": _select_n, "gather": _gather, "dynamic_slice": _dynamic_slice,
     "scatter": _scatter, "scatter-add": partial(_scatter, op="add"),
     "scatter-mul": partial(_scatter, op="mul"),

@@ -14,7 +14,7 @@ import numpy as np
 from flax import struct
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from jaxwalk import devices, pushes, rollout, scenarios, stepper
+from jaxwalk import devices, pushes, rollout, scenarios, stepper, stepping
 from jaxwalk.config import Config
 from jaxwalk.stepper import Stepper, Task
 from jaxwalk.subjects import Subject
@@ -53,7 +53,7 @@ class Trace:
     fell: Bool[Array, "*B T"]
 
 
-def _look(after: Stepper) -> Trace:
+def _look(_: Task, after: Stepper) -> Trace:
     body = after.walker
     seen, gait = body.sensors, body.gait
     return Trace(
@@ -90,7 +90,8 @@ class Recorder:
     def __init__(self, subject: Subject, batch: int) -> None:
         task = self._task = dataclasses.replace(Task.of(subject.config), episode_ticks=pushes.NEVER)
         mesh = devices.mesh()
-        whole = mesh.size * devices.granularity()
+        block = stepping.block(task.setup)
+        whole = mesh.size * block
         self.batch = -(-batch // whole) * whole
         self.timestep = task.setup.timestep
         self._config = subject.config
@@ -98,10 +99,14 @@ class Recorder:
         self._segment = windows * task.setup.window_ticks
         each = partial(rollout.segment, task, subject.act, windows, rollout.watched(_look))
         self._start = devices.spread(
-            lambda k, s, f: devices.each(partial(_begin, task, subject.config), k, s, f), mesh, (True,) * 3
+            lambda k, s, f: devices.each(partial(_begin, task, subject.config), k, s, f, block=block),
+            mesh,
+            (True,) * 3,
         )
         self._advance = devices.spread(
-            lambda params, states: devices.each(partial(each, params), states), mesh, (False, True)
+            lambda params, states: devices.each(partial(each, params), states, block=block),
+            mesh,
+            (False, True),
         )
 
     def record(

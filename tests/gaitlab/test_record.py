@@ -41,7 +41,7 @@ def test_a_recorded_tick_moves_the_plant_once(monkeypatch):
 
 def test_a_recorded_walk_is_the_one_that_is_not_recorded():
     windows = 50  # a second, two steps
-    watch = rollout.watched(lambda after: (after.walker.plant.qpos, after.walker.estimate.touch))
+    watch = rollout.watched(lambda _, after: (after.walker.plant.qpos, after.walker.estimate.touch))
     walked, (qpos, touch) = jax.jit(partial(rollout.segment, TASK, act, windows, watch, None))(start())
     told, ticks = jax.jit(partial(rollout.segment, TASK, act, windows, record.tick, None))(start())
 

@@ -143,14 +143,9 @@ def test_presets_have_kernels_for_cuda(monkeypatch, preset):
     """Lowered as far as goes without a GPU: Triton knows all operations."""
     config = PRESETS[preset]
     task = Task.of(config)
-    monkeypatch.setattr(fused, "usable", lambda body, physics: True)
+    monkeypatch.setattr(walker, "on_gpu", lambda setup: True)
     state = jax.eval_shape(partial(windows.spawn, config, task), jax.random.key(0))
     many = jax.tree.map(lambda x: jax.ShapeDtypeStruct((64, *x.shape), x.dtype), state)
     tick = jax.jit(jax.vmap(lambda s: stepper.tick(task, walker.model(task.setup, s.walker.person), s)))
     text = tick.trace(many).lower(lowering_platforms=("cuda",)).as_text()
     assert 5 < text.count("xla.gpu.triton") < 15
-
-
-def test_processors_run_no_kernels():
-    config = Config()
-    assert fused.usable(config.body, config.physics) == (jax.default_backend() == "gpu")

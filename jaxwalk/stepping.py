@@ -1,0 +1,116 @@
+"""What carries walkers from tick to tick: native code made of the tick, a GPU's kernels, or XLA."""
+
+from __future__ import annotations
+
+import functools
+import os
+import sys
+from collections.abc import Callable, Hashable
+from typing import Any
+
+import jax
+
+from jaxwalk import devices
+from jaxwalk.config import Config
+from jaxwalk.errors import UserError
+from jaxwalk.kernels import native, walk
+from jaxwalk.kernels.compiler import BuildError
+from jaxwalk.kernels.graph import Unsupported
+from jaxwalk.newton import WRITTEN_OUT
+from jaxwalk.walker import Setup, on_gpu
+
+BLOCK = 128
+"""Walkers that native code moves between two questions to the policy: fewer are too few for XLA."""
+VARIABLE = "JAXWALK_KERNELS"
+"""Environment variable that has the last word over ``--kernels``."""
+
+
+def scan(
+    setup: Setup,
+    function: Callable[..., tuple[Any, Any]],
+    setting: Hashable,
+    length: int,
+    state: Any,
+    *constants: Any,
+    otherwise: Callable[[], tuple[Any, Any]],
+) -> tuple[Any, Any]:
+    """One walker, ``length`` times ``function(setting, state, *constants)``; the state, and the rows written.
+
+    Args:
+      setup: of the walkers. function: gives the new state and a row; of a module's level.
+      otherwise: the same by other means, where there is no native code.
+    """
+    if native_here(setup):
+        try:
+            return walk.scan(function, setting, length, state, *constants)
+        except (BuildError, Unsupported) as why:
+            say(f"no native code, XLA steps instead, much slower: {why}")
+    return otherwise()
+
+
+def block(setup: Setup) -> int:
+    """Walkers that a device moves together, the policy included: all programs move blocks of this size, so
+    that a walk is the same, bit for bit, however many others walk."""
+    if native_here(setup):
+        return BLOCK
+    return devices.BLOCK if jax.default_backend() == "cpu" else 1
+
+
+def each(setup: Setup, function: Callable[..., Any], *walkers: Any) -> Any:
+    """``function``, which steps one walker without asking its policy, for all: see `devices.each`."""
+    # In native code a walker is moved alike in any company.
+    return jax.vmap(function)(*walkers) if native_here(setup) else devices.each(function, *walkers)
+
+
+def native_here(setup: Setup) -> bool:
+    """Whether walkers of ``setup`` are stepped by native code, as far as is known before it is made."""
+    return (
+        chosen(setup.kernels) == "auto"
+        and setup.engine == "mjx"
+        and setup.physics.solver == "own"
+        and setup.physics.iterations <= WRITTEN_OUT
+        and jax.default_backend() == "cpu"
+        and _problem() is None
+    )
+
+
+def chosen(configured: str) -> str:
+    """``auto`` or ``off``: what the environment says, else what is configured.
+
+    Raises:
+      UserError: the environment says anything else.
+    """
+    told = os.environ.get(VARIABLE) or configured
+    if told not in ("auto", "off"):
+        raise UserError(f"{VARIABLE}={told!r:.40}: give auto or off")
+    return told
+
+
+@functools.cache
+def _problem() -> str | None:
+    """Why this machine has no native code; None: it has."""
+    try:
+        native.width()
+    except BuildError as why:
+        return str(why)
+    return None
+
+
+def stepper_of(config: Config) -> str:
+    """What steps walkers of ``config`` here, in a few words."""
+    setup = Setup.of(config)
+    if native_here(setup):
+        return f"native code, {native.width()} walkers a vector"
+    if on_gpu(setup):
+        return "kernels of the GPU"
+    if config.physics.solver == "mjx":
+        return "mjx.step"
+    if jax.default_backend() == "cpu" and chosen(config.kernels) == "auto" and (why := _problem()):
+        return f"XLA ({why})"
+    return "XLA"
+
+
+@functools.cache
+def say(text: str) -> None:
+    """One line for whoever started the program, once."""
+    print(f"jaxwalk: {text}", file=sys.stderr, flush=True)
