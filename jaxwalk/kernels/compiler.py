@@ -17,15 +17,17 @@ import shutil
 import stat
 import subprocess
 import tempfile
+import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import jax
 import jaxlib
 
 FLAGS = (
-    "-std=c++17", "-O2", "-fPIC", "-shared", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=fast",
-    "-fno-exceptions", "-fno-rtti", "-w",
+    "-std=c++17", "-O2", "-fPIC", "-fvisibility=hidden", "-fno-math-errno", "-fno-trapping-math",
+    "-ffp-contract=fast", "-fno-exceptions", "-fno-rtti", "-w",
 )  # fmt: skip
 SECONDS = 60
 """More than a compiler may take."""
@@ -80,8 +82,8 @@ def _made_for() -> str:
     return "\n".join([version, platform.machine(), platform.processor(), features, jaxlib.__version__])
 
 
-def library(source: str, flags: tuple[str, ...] = ()) -> ctypes.CDLL:
-    """What ``source`` compiles to, made now or found.
+def library(sources: tuple[str, ...], flags: tuple[str, ...] = ()) -> ctypes.CDLL:
+    """What ``sources`` compile to together, made now or found.
 
     Args:
       flags: beyond `FLAGS`.
@@ -90,17 +92,43 @@ def library(source: str, flags: tuple[str, ...] = ()) -> ctypes.CDLL:
       BuildError: it cannot be made, or not be loaded.
     """
     whole = (*FLAGS, *_target(), *flags)
-    name = hashlib.sha256("\0".join((source, *compiler(), *whole, _made_for())).encode()).hexdigest()[:32]
+    name = hashlib.sha256("\0".join((*sources, *compiler(), *whole, _made_for())).encode()).hexdigest()[:32]
     for folder in _folders():
         try:
             with _alone(folder / f"{name}.lock"):
                 file = folder / f"{name}.so"
                 if not _sound(file):
-                    _make(source, whole, file)
+                    _make(sources, whole, file)
                 return ctypes.CDLL(str(file))
         except OSError:
             continue  # it cannot be written, or what lies there not be loaded
     raise BuildError("neither the cache nor a temporary folder can hold a library; make room or set TMPDIR")
+
+
+def recall(name: str) -> str | None:
+    """The text that was kept under ``name``; None if there is none that can be trusted."""
+    for folder in _folders():
+        file = folder / f"{name}.json"
+        with contextlib.suppress(OSError, ValueError):
+            text = file.read_text()
+            seal, _, rest = text.partition("\n")
+            if _own(file) and hashlib.sha256(rest.encode()).hexdigest() == seal:
+                return rest
+    return None
+
+
+def keep(name: str, text: str) -> None:
+    """Keeps ``text`` for `recall`, whole or, where there is no room, not at all."""
+    for folder in _folders():
+        with contextlib.suppress(OSError), tempfile.NamedTemporaryFile("w", dir=folder, delete=False) as file:
+            try:
+                file.write(f"{hashlib.sha256(text.encode()).hexdigest()}\n{text}")
+                file.close()
+                os.replace(file.name, folder / f"{name}.json")
+            except OSError:
+                os.unlink(file.name)
+                continue
+            return
 
 
 def _folders() -> Iterator[Path]:
@@ -153,19 +181,20 @@ def _digest(file: Path) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
-def _make(source: str, flags: tuple[str, ...], file: Path) -> None:
-    with tempfile.TemporaryDirectory(dir=file.parent) as folder:
-        text, made, seal = (Path(folder) / name for name in ("walk.cc", "walk.so", "walk.sha256"))
-        text.write_text(source)
-        command = [*compiler(), *flags, f"-I{jax.ffi.include_dir()}", str(text), "-o", str(made), "-lm"]
-        try:
-            done = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS)
-        except subprocess.TimeoutExpired:
-            raise BuildError(f"{compiler()[0]} took more than {SECONDS} s") from None
-        except OSError as error:
-            raise BuildError(f"{compiler()[0]} does not run ({_line(error)})") from None
-        if done.returncode:
-            raise BuildError(f"{compiler()[0]} failed: {_line(done.stderr) or done.returncode}")
+def _make(sources: tuple[str, ...], flags: tuple[str, ...], file: Path) -> None:
+    with tempfile.TemporaryDirectory(dir=file.parent) as name, ThreadPoolExecutor(os.cpu_count()) as threads:
+        folder, until = Path(name), time.monotonic() + SECONDS
+
+        def object_of(numbered: tuple[int, str]) -> str:
+            number, source = numbered
+            text = folder / f"{number}.cc"
+            text.write_text(source)
+            made = str(text.with_suffix(".o"))
+            _run([*flags, f"-I{jax.ffi.include_dir()}", "-c", str(text), "-o", made], until)
+            return made
+
+        made, seal = folder / "walk.so", folder / "walk.sha256"
+        _run([*flags, "-shared", *threads.map(object_of, enumerate(sources)), "-o", str(made), "-lm"], until)
         seal.write_text(_digest(made))
         for part in (made, seal):
             part.chmod(0o600)
@@ -173,6 +202,34 @@ def _make(source: str, flags: tuple[str, ...], file: Path) -> None:
         file.with_suffix(".sha256").unlink(missing_ok=True)
         made.replace(file)
         seal.replace(file.with_suffix(".sha256"))
+
+
+def _run(arguments: list[str], until: float) -> None:
+    """The compiler, to be done at ``until``, as `time.monotonic` counts.
+
+    Raises:
+      BuildError: it fails, or is not.
+    """
+    name = compiler()[0]
+    try:
+        done = subprocess.run(
+            [*compiler(), *arguments],
+            capture_output=True,
+            text=True,
+            timeout=max(0.1, until - time.monotonic()),
+        )
+    except subprocess.TimeoutExpired:
+        raise BuildError(
+            f"{name} took more than {SECONDS} s; install another (g++) or name it by CXX"
+        ) from None
+    except OSError as error:
+        raise BuildError(
+            f"{name} does not run ({_line(error)}); install g++ or name another by CXX"
+        ) from None
+    if done.returncode:
+        raise BuildError(
+            f"{name} failed ({_line(done.stderr) or done.returncode}); install g++ or name another by CXX"
+        )
 
 
 def _line(what: object) -> str:

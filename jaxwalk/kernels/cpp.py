@@ -78,8 +78,7 @@ def stored(slot: Slot, value: str, dtype: np.dtype) -> str:
 
 
 def function(
-    name: str,
-    parameters: str,
+    declaration: str,
     nodes: Iterable[Node],
     sources: Mapping[int, Slot],
     results: Iterable[tuple[Slot, Entry]],
@@ -88,10 +87,11 @@ def function(
     """A function that computes ``nodes``, in order, and puts ``results`` where they belong.
 
     Args:
-      parameters: as C++ declares them. sources: where the numbers lie that it is given, by the node's index.
-      opening: statements before all others.
+      declaration: as C++ has it. opening: statements before all others.
+      sources: where the numbers lie that it is given, by the node's index.
     """
-    lines, wanted, done = [], {}, set()
+    lines, done = [], set()
+    wanted: dict[int, list[tuple[Slot, Entry]]] = {}
     for slot, entry in results:
         wanted.setdefault(id(entry) if known(entry) else entry.index, []).append((slot, entry))
 
@@ -102,17 +102,12 @@ def function(
 
     for node in nodes:
         lines.append(f"const {letter(node.dtype)} x{node.index} = {expression(node, reference)};")
-        for slot, entry in wanted.get(node.index, ()):
-            lines.append(stored(slot, f"x{node.index}", entry.dtype))
+        lines += [stored(slot, f"x{node.index}", x.dtype) for slot, x in wanted.get(node.index, ())]
         done.add(node.index)
     for key, puts in wanted.items():
         if key not in done:
             lines += [stored(slot, reference(entry), entry.dtype) for slot, entry in puts]
-    return (
-        f"static __attribute__((noinline)) void {name}({parameters}) {{\n{opening}\n"
-        + "\n".join(lines)
-        + "\n}\n"
-    )
+    return "\n".join([declaration, "{", opening, *lines, "}", ""])
 
 
 def expression(node: Node, reference: Callable[[Entry], str]) -> str:

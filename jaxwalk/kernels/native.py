@@ -17,8 +17,9 @@ from jaxwalk.kernels.cpp import Slot
 from jaxwalk.kernels.graph import Entry, Node, known
 from jaxwalk.kernels.pieces import cut
 
-SIZE = 100_000
-"""Operations in a function."""
+SIZE = 4500
+"""Operations in a function: a compiler's time grows faster than a function's length, and several are compiled
+at once. One of 16,000 takes twice the time of four of 4,000, and is a fiftieth faster."""
 
 
 class Plan(NamedTuple):
@@ -35,89 +36,91 @@ class Plan(NamedTuple):
     rows: list[list[Entry]]
 
 
-def source(plan: Plan, size: int = SIZE) -> str:
-    """The C++ of ``plan``: a function ``walk`` that XLA can call."""
-    moving: dict[int, int] = {}  # entries that change, by index, and where in the block's moving part
+def sources(plan: Plan) -> tuple[str, ...]:
+    """The C++ of ``plan``, in several files that make one library: a function ``walk`` that XLA can call."""
+    moving: dict[
+        int, int
+    ] = {}  # numbers that change, by index, and where in the block's moving part they lie
     news: list[Entry] = []
     for number, entries in plan.state:
         for old, new in zip(plan.given[number], entries, strict=True):
-            if new is not old and old.index not in moving:
+            if new is not old:
                 moving[old.index] = len(moving)
                 news.append(new)
     fixed: dict[int, int] = {}
-    for nodes in plan.given:
-        for node in nodes:
-            if node.index not in moving:
-                fixed.setdefault(node.index, len(fixed))
-    sources = {index: Slot("block", row) for index, row in fixed.items()}
-    sources |= {index: Slot("now", row) for index, row in moving.items()}
-    results = [(Slot("next", row), new) for row, new in enumerate(news)]
+    for node in (node for nodes in plan.given for node in nodes):
+        if node.index not in moving:
+            fixed.setdefault(node.index, len(fixed))
     told = [x for entries in plan.rows for x in entries]
+    lie = {index: Slot("block", row) for index, row in fixed.items()}
+    lie |= {index: Slot("now", row) for index, row in moving.items()}
+    results = [(Slot("next", row), new) for row, new in enumerate(news)]
     results += [(Slot("row", row), x) for row, x in enumerate(told)]
+    opening = (
+        f"const F *const now = block + {len(fixed)} + turn * {len(moving)};\n"
+        f"F *const next = block + {len(fixed)} + (1 - turn) * {len(moving)};"
+    )
+    pieces, tick = _pieces(results, lie, opening)
 
     def place(node: Node, turn: int) -> int:
+        """Where a number lies in the block before a tick of that turn."""
         if node.index in moving:
             return len(fixed) + turn * len(moving) + moving[node.index]
         return fixed[node.index]
 
-    functions = _functions(results, sources, size, len(fixed), len(moving))
-    begin = [[place(x, 0) for x in nodes] for nodes in plan.given]
-    ends = [[[place(x, turn) for x in plan.given[number]] for number, _ in plan.state] for turn in (0, 1)]
+    changed = [plan.given[number] for number, _ in plan.state]
     at = iter(range(len(told)))
-    written = [[next(at) for _ in entries] for entries in plan.rows]
-    kinds = [nodes[0].dtype.kind for nodes in plan.given]
-    state_kinds = [kinds[number] for number, _ in plan.state]
-    row_kinds = [entries[0].dtype.kind for entries in plan.rows]
-    return "\n".join(
-        [
-            _LANES,
-            *(_header(name) for name in ("lanes.h", "maths.h", "call.h")),
-            functions,
-            _arrays("GIVEN", kinds, begin),
-            _arrays("KEPT", state_kinds, ends[0]),
-            _arrays("MOVED", state_kinds, ends[1]),
-            _arrays("TOLD", row_kinds, written),
-            'extern "C" XLA_FFI_Error *walk(XLA_FFI_CallFrame *frame) {',
-            f"return run<{len(fixed)}, {len(moving)}, {len(told)}>(frame, tick, GIVEN, {len(kinds)}, "
-            f"KEPT, MOVED, {len(state_kinds)}, TOLD, {len(row_kinds)});",
-            "}",
-            "",
-        ]
+    tables = [
+        _table("GIVEN", plan.given, [[place(x, 0) for x in nodes] for nodes in plan.given]),
+        _table("KEPT", changed, [[place(x, 0) for x in nodes] for nodes in changed]),
+        _table("MOVED", changed, [[place(x, 1) for x in nodes] for nodes in changed]),
+        _table("TOLD", plan.rows, [[next(at) for _ in entries] for entries in plan.rows]),
+    ]
+    call = (
+        f"return run<{len(fixed)}, {len(moving)}, {len(told)}>(frame, tick, GIVEN, {len(plan.given)}, "
+        f"KEPT, MOVED, {len(changed)}, TOLD, {len(plan.rows)});"
     )
+    head = [_LANES, *map(_header, ("lanes.h", "maths.h"))]
+    main = [
+        *head,
+        _header("call.h"),
+        tick,
+        *tables,
+        _EXPORT + f"XLA_FFI_Error *walk(XLA_FFI_CallFrame *frame) {{\n{call}\n}}\n",
+    ]
+    return "\n".join(main), *("\n".join([*head, piece]) for piece in pieces)
 
 
-def _functions(
-    results: list[tuple[Slot, Entry]], sources: dict[int, Slot], size: int, fixed: int, moving: int
-) -> str:
-    """The pieces of a tick, and the tick that calls them."""
-    opening = (
-        f"const F *const now = block + {fixed} + turn * {moving};\n"
-        f"F *const next = block + {fixed} + (1 - turn) * {moving};"
-    )
-    pieces = cut([x for _, x in results], size)
-    kept: dict[int, Slot] = {}
-    for piece in pieces[:-1]:
-        for node in piece.gives:
-            if node.index not in sources:
-                kept[node.index] = Slot("kept", len(kept))
-    parameters = "F *__restrict block, int turn, F *__restrict row, F *__restrict kept"
-    texts, own = [], {node.index: number for number, piece in enumerate(pieces) for node in piece.nodes}
+def _pieces(results: list[tuple[Slot, Entry]], lie: dict[int, Slot], opening: str) -> tuple[list[str], str]:
+    """The functions that a tick is cut into, and the tick that calls them.
+
+    Args:
+      results: where they are to be put. lie: where what is given lies, by index. opening: of each function.
+    """
+    pieces = cut([x for _, x in results], SIZE)
+    handed = [x.index for piece in pieces[:-1] for x in piece.gives if x.index not in lie]
+    kept = {index: Slot("kept", row) for row, index in enumerate(handed)}
+    of = {node.index: number for number, piece in enumerate(pieces) for node in piece.nodes}
+    last = len(pieces) - 1
+    declarations, texts = [], []
     for number, piece in enumerate(pieces):
-        nodes = [x for x in piece.nodes if x.index not in sources]
-        here = {index: slot for index, slot in kept.items() if own[index] != number}
+        nodes = [x for x in piece.nodes if x.index not in lie]
+        before = {index: slot for index, slot in kept.items() if of[index] < number}
         puts = [(kept[x.index], x) for x in nodes if x.index in kept]
-        last = len(pieces) - 1
-        puts += [
-            (slot, x)
-            for slot, x in results
-            if (last if known(x) or x.index in sources else own[x.index]) == number
-        ]
-        texts.append(cpp.function(f"piece{number}", parameters, nodes, sources | here, puts, opening))
-    calls = "\n".join(f"piece{number}(block, turn, row, kept);" for number in range(len(pieces)))
-    texts.append(
-        f"static void tick(F *block, int turn, F *row) {{\nalignas(64) F kept[{len(kept) + 1}];\n{calls}\n}}"
-    )
-    return "\n".join(texts)
+        puts += [(slot, x) for slot, x in results if (last if known(x) else of.get(x.index, last)) == number]
+        declarations.append(
+            f"void piece{number}(F *__restrict block, int turn, F *__restrict row, F *__restrict kept)"
+        )
+        texts.append(cpp.function(declarations[-1], nodes, lie | before, puts, opening))
+    calls = [f"piece{number}(block, turn, row, kept);" for number in range(len(pieces))]
+    tick = [
+        *(f"{declaration};" for declaration in declarations),
+        "static void tick(F *block, int turn, F *row) {",
+        f"alignas(64) F kept[{len(kept) + 1}];",
+        *calls,
+        "}",
+    ]
+    return texts, "\n".join(tick)
 
 
 _LANES = """#ifndef W
@@ -133,6 +136,9 @@ _LANES = """#ifndef W
 #endif"""
 
 
+_EXPORT = 'extern "C" __attribute__((visibility("default"))) '
+
+
 def _header(name: str) -> str:
     text = (resources.files("jaxwalk.kernels") / "native" / name).read_text()
     return "\n".join(
@@ -140,16 +146,15 @@ def _header(name: str) -> str:
     )
 
 
-def _arrays(name: str, kinds: Sequence[str], places: Sequence[Sequence[int]]) -> str:
-    """A table of `Array`s."""
+def _table(name: str, arrays: Sequence[Sequence[Entry]], places: Sequence[Sequence[int]]) -> str:
+    """``arrays`` as `call.h` wants to be told of them."""
     lines = [f"static const int {name}_{i}[] = {{{', '.join(map(str, x))}}};" for i, x in enumerate(places)]
     told = [
-        f"{{{'FLAG' if kind == 'b' else 'NUMBER'}, {len(x)}, {name}_{i}}}"
-        for i, (kind, x) in enumerate(zip(kinds, places, strict=True))
+        f"{{{'FLAG' if x[0].dtype.kind == 'b' else 'NUMBER'}, {len(x)}, {name}_{i}}}"
+        for i, x in enumerate(arrays)
     ]
-    return "\n".join(
-        [*lines, f"static const Array {name}[] = {{{', '.join(told) or '{NUMBER, 0, nullptr}'}}};"]
-    )
+    lines.append(f"static const Array {name}[] = {{{', '.join(told) or '{NUMBER, 0, nullptr}'}}};")
+    return "\n".join(lines)
 
 
 @functools.cache
@@ -159,18 +164,18 @@ def width() -> int:
     Raises:
       compiler.BuildError: there can be no native code.
     """
-    return compiler.library(_LANES + '\nextern "C" int width() { return W; }\n').width()
+    return compiler.library((_LANES + f"\n{_EXPORT}int width() {{ return W; }}\n",)).width()
 
 
 @functools.cache
-def target(text: str) -> str:
-    """The name under which XLA can call what ``text`` compiles to.
+def target(texts: tuple[str, ...]) -> str:
+    """The name under which XLA can call what `sources` compile to.
 
     Raises:
       compiler.BuildError: it does not, here.
     """
-    name = f"jaxwalk_{hashlib.sha256(text.encode()).hexdigest()[:24]}"
-    found = compiler.library(text)
+    name = f"walk_{hashlib.sha256(''.join(texts).encode()).hexdigest()[:24]}"
+    found = compiler.library(texts)
     _loaded.append(found)
     jax.ffi.register_ffi_target(name, jax.ffi.pycapsule(found.walk), platform="cpu")
     return name

@@ -230,5 +230,7 @@ RULES: dict[str, Callable[..., Any]] = {
     "reduce_min": partial(_reduced, op="min"), "reduce_and": partial(_reduced, op="and"),
     "reduce_or": partial(_reduced, op="or"), "dot_general": _dot_general,
     "optimization_barrier": _same, "copy": _same, "copy_p": _same,
+    # Of where arrays lie, which one walker's numbers do not know.
+    "reshard": _same, "pvary": _same, "pcast": _same, "mesh_cast": _same, "sharding_constraint": _same,
 }  # fmt: skip
 """By the primitive's name. A rule gives the result, or a list of all results."""

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
+import json
+import re
+import sys
 from collections.abc import Callable, Hashable
-from functools import lru_cache
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from importlib import metadata
+from pathlib import Path
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 
-from jaxwalk.kernels import native
+from jaxwalk.kernels import compiler, native
 from jaxwalk.kernels.entries import Entries, inputs
 from jaxwalk.kernels.graph import Entry, Graph, Unsupported, is_key
 from jaxwalk.kernels.unroll import unrolled
@@ -36,7 +44,7 @@ def scan(
     results = [given[i] for i in program.changed]
     rows = [jax.ShapeDtypeStruct((length, *x.shape), x.dtype) for x in program.row]
     done = native.call(
-        program.target(),
+        native.target(program.texts),
         given,
         [*(jax.ShapeDtypeStruct(x.shape, x.dtype) for x in results), *rows],
         {i: k for k, i in enumerate(program.changed)},
@@ -55,40 +63,46 @@ def _plain(x: jax.Array) -> jax.Array:
     return jax.random.key_data(x) if is_key(x.dtype) else x
 
 
+@dataclass(frozen=True)
 class Program:
     """What a function compiles to.
 
     Attributes:
-      changed: which arrays of the state, of which there are ``state``, it changes.
+      state: how many arrays its state has. changed: which of them it changes.
       row, row_tree: what it writes at each tick, shapes and types, and the tree that they make.
-      plan: its arithmetic.
+      texts: its C++.
     """
 
-    def __init__(self, function: Callable[..., Any], setting: Hashable, tree: Any, like: Any) -> None:
-        graph = Graph()
-        given = inputs(graph, [jax.ShapeDtypeStruct(*x) for x in like])
-        state, constants = jax.tree.unflatten(tree, given)
-        after, row = unrolled(graph, lambda state, *rest: function(setting, state, *rest), state, *constants)
-        self.state = len(jax.tree.leaves(state))
-        olds, news = jax.tree.leaves(state), jax.tree.leaves(after)
-        if [_form(x) for x in olds] != [_form(x) for x in news]:
-            raise Unsupported("a state that does not keep its form")
-        rows, self.row_tree = jax.tree.flatten(row)
-        self.row = [jax.ShapeDtypeStruct(*_form(x)) for x in rows]
-        self.changed = [
-            i
-            for i, (old, new) in enumerate(zip(olds, news, strict=True))
-            if any(a is not b for a, b in zip(old.flat, new.flat, strict=True))
-        ]
-        self.plan = native.Plan(
-            given=[_words(graph, x) for x in given],
-            state=[(i, _words(graph, news[i])) for i in self.changed],
-            rows=[_words(graph, x) for x in rows],
-        )
+    state: int
+    changed: tuple[int, ...]
+    row: tuple[jax.ShapeDtypeStruct, ...]
+    row_tree: Any
+    texts: tuple[str, ...]
 
-    def target(self) -> str:
-        """The name under which XLA calls it."""
-        return native.target(native.source(self.plan))
+
+def _unrolled(function: Callable[..., Any], setting: Hashable, tree: Any, like: Any) -> Program:
+    graph = Graph()
+    given = inputs(graph, [jax.ShapeDtypeStruct(*x) for x in like])
+    state, constants = jax.tree.unflatten(tree, given)
+    after, row = unrolled(graph, lambda state, *rest: function(setting, state, *rest), state, *constants)
+    olds, news = jax.tree.leaves(state), jax.tree.leaves(after)
+    if [_form(x) for x in olds] != [_form(x) for x in news]:
+        raise Unsupported("a state that does not keep its form")
+    rows, row_tree = jax.tree.flatten(row)
+    if not all(x.size for x in rows):
+        raise Unsupported("an empty row")
+    changed = [
+        i
+        for i, (old, new) in enumerate(zip(olds, news, strict=True))
+        if any(a is not b for a, b in zip(old.flat, new.flat, strict=True))
+    ]
+    plan = native.Plan(
+        given=[_words(graph, x) for x in given],
+        state=[(i, _words(graph, news[i])) for i in changed],
+        rows=[_words(graph, x) for x in rows],
+    )
+    forms = tuple(jax.ShapeDtypeStruct(*_form(x)) for x in rows)
+    return Program(len(olds), tuple(changed), forms, row_tree, native.sources(plan))
 
 
 def _form(x: Entries) -> tuple[Any, Any]:
@@ -105,5 +119,37 @@ def _words(graph: Graph, x: Entries) -> list[Entry]:
 def program_of(
     function: Callable[..., Any], setting: Hashable, tree: Any, like: tuple[Any, ...], x64: bool
 ) -> Program:
-    """What ``function`` compiles to, made once."""
-    return Program(function, setting, tree, like)
+    """What ``function`` compiles to, made once.
+
+    To trace and to unroll it takes seconds, so that its C++ is kept from run to run, unless it writes rows.
+    """
+    told = f"{function.__module__}.{function.__qualname__} {setting!r} {tree} {like} {x64}"
+    if " at 0x" in told or "<locals>" in told:  # what is different in every process
+        return _unrolled(function, setting, tree, like)
+    name = hashlib.sha256(
+        "\0".join([told, _origins(function.__module__.partition(".")[0])]).encode()
+    ).hexdigest()
+    if (found := compiler.recall(name)) is not None:
+        state, changed, texts = json.loads(found)
+        return Program(state, tuple(changed), (), jax.tree.structure(None), tuple(texts))
+    made = _unrolled(function, setting, tree, like)
+    if not made.row:
+        compiler.keep(name, json.dumps([made.state, made.changed, made.texts]))
+    return made
+
+
+@cache
+def _origins(package: str) -> str:
+    """What decides what a function of ``package`` does: its files, and the versions of what it requires."""
+    digest = hashlib.sha256()
+    folder = Path(str(sys.modules[package].__file__)).parent
+    for file in sorted(folder.rglob("*")):
+        if file.suffix in (".py", ".h"):
+            digest.update(f"{file.relative_to(folder)}\0".encode() + file.read_bytes())
+    versions = [jax.__version__]
+    with contextlib.suppress(metadata.PackageNotFoundError):
+        for line in metadata.requires(package) or ():
+            name = re.split(r"[^\w.-]", line)[0]
+            with contextlib.suppress(metadata.PackageNotFoundError):
+                versions.append(f"{name} {metadata.version(name)}")
+    return " ".join([digest.hexdigest(), *versions])
