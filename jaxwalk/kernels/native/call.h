@@ -14,34 +14,59 @@ struct Array {
   const int *place;  // of each, which of the block's vectors it is
 };
 
+// The numbers of W walkers that lie `apart` in memory, as one vector, and back.
+ALWAYS void gather(F *to, const uint32_t *from, int apart) {
+#if W == 16 && defined(__AVX512F__)
+  const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+  if (apart == 1)
+    memcpy(to, from, sizeof *to);
+  else
+    *to = (F)_mm512_i32gather_epi32(_mm512_mullo_epi32(lanes, _mm512_set1_epi32(apart)), from, 4);
+#else
+  for (int k = 0; k < W; k++) reinterpret_cast<uint32_t *>(to)[k] = from[k * (int64_t)apart];
+#endif
+}
+
+ALWAYS void scatter(uint32_t *to, const F *from, int64_t apart) {
+  if (apart == 1)
+    memcpy(to, from, sizeof *from);
+  else
+    for (int k = 0; k < W; k++) to[k * apart] = reinterpret_cast<const uint32_t *>(from)[k];
+}
+
 static void take(F *block, const Array &array, const void *data, int64_t first, int count) {
-  uint32_t *to = reinterpret_cast<uint32_t *>(block);
-  for (int k = 0; k < W; k++) {
-    int64_t row = (first + (k < count ? k : count - 1)) * array.size;  // beyond the last, the last once more
-    if (array.kind == FLAG) {
-      const uint8_t *from = static_cast<const uint8_t *>(data) + row;
-      for (int j = 0; j < array.size; j++) to[array.place[j] * W + k] = from[j];
-    } else {
-      const uint32_t *from = static_cast<const uint32_t *>(data) + row;
-      for (int j = 0; j < array.size; j++) to[array.place[j] * W + k] = from[j];
-    }
+  if (array.kind == NUMBER && count == W) {
+    const uint32_t *from = static_cast<const uint32_t *>(data) + first * array.size;
+    for (int j = 0; j < array.size; j++) gather(block + array.place[j], from + j, array.size);
+    return;
   }
+  uint32_t *to = reinterpret_cast<uint32_t *>(block);
+  for (int j = 0; j < array.size; j++)
+    for (int k = 0; k < W; k++) {
+      int64_t at = (first + (k < count ? k : count - 1)) * array.size + j;  // the last one once more
+      to[array.place[j] * W + k] =
+          array.kind == FLAG ? static_cast<const uint8_t *>(data)[at] : static_cast<const uint32_t *>(data)[at];
+    }
 }
 
 // Into row `at` of `rows` for each walker.
 static void give(const F *block, const Array &array, void *data, int64_t first, int count, int64_t rows,
                  int64_t at) {
-  const uint32_t *from = reinterpret_cast<const uint32_t *>(block);
-  for (int k = 0; k < count; k++) {
-    int64_t row = ((first + k) * rows + at) * array.size;
-    if (array.kind == FLAG) {
-      uint8_t *to = static_cast<uint8_t *>(data) + row;
-      for (int j = 0; j < array.size; j++) to[j] = from[array.place[j] * W + k];
-    } else {
-      uint32_t *to = static_cast<uint32_t *>(data) + row;
-      for (int j = 0; j < array.size; j++) to[j] = from[array.place[j] * W + k];
-    }
+  if (array.kind == NUMBER && count == W) {
+    uint32_t *to = static_cast<uint32_t *>(data) + (first * rows + at) * array.size;
+    for (int j = 0; j < array.size; j++) scatter(to + j, block + array.place[j], rows * array.size);
+    return;
   }
+  const uint32_t *from = reinterpret_cast<const uint32_t *>(block);
+  for (int j = 0; j < array.size; j++)
+    for (int k = 0; k < count; k++) {
+      int64_t to = ((first + k) * rows + at) * array.size + j;
+      uint32_t value = from[array.place[j] * W + k];
+      if (array.kind == FLAG)
+        static_cast<uint8_t *>(data)[to] = value;
+      else
+        static_cast<uint32_t *>(data)[to] = value;
+    }
 }
 
 static XLA_FFI_Buffer *buffer(void *told) { return static_cast<XLA_FFI_Buffer *>(told); }
