@@ -108,7 +108,7 @@ class Event:
     Attributes:
       touchdown: the swing foot landed, ahead or in a step back; ``walker.gait`` is that of the new step.
       fell: hip too low, torso too far over, or the step stalled.
-      broken: a number of the state is not finite (counts as a fall).
+      broken: a number of the state before it, or of the plant after it, is not finite (counts as a fall).
       step_length: of the step that ended, from the sensors, m.
       step_seconds: how long it lasted, s.
     """
@@ -213,6 +213,12 @@ def start(
     walls = jnp.zeros(2) if where.walls else None
     motors = drives.start(where) if setup.physics.drives == "gazebo" else None
     return Walker(who, plant, state, estimate, clock, pushes.none(), key, jnp.int32(0), walls, motors)
+
+
+def _total(tree: Any) -> Float[Array, ""]:
+    """The sum of all its numbers, which is finite if each of them is, and only then."""
+    parts = [x for x in jax.tree.leaves(tree) if jnp.issubdtype(x.dtype, jnp.floating)]
+    return jnp.sum(jnp.concatenate([jnp.ravel(x) for x in parts]))
 
 
 def _toe_off(
@@ -372,7 +378,7 @@ def moved(
         tick=walker.tick + 1,
         walls=readings.walls,
     )
-    finite = jnp.all(jnp.isfinite(plant.qpos)) & jnp.all(jnp.isfinite(plant.qvel))
+    finite = jnp.isfinite(_total((walker, plant)))
     fell = has_fallen(setup, after) | ~finite
     return after, Event(
         touchdown=landed & ~fell,

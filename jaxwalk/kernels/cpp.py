@@ -133,7 +133,7 @@ def expression(node: Node, reference: Callable[[Entry], str]) -> str:
     if op in _INFIX:
         return f"({told[0]} {_INFIX[op]} {told[1]})"
     if op in ("min", "max") and kind == "f" and known(args[1]) and not np.isnan(args[1]):
-        return f"{_CALLS[op]}({told[0]}, {literal(args[1])})"
+        return f"{_CALLS[op]}_known({told[0]}, {literal(args[1])})"
     if op in ("eq", "ne") and args[0].dtype.kind == "b":
         unlike = f"unlike({', '.join(told)})"
         return unlike if op == "ne" else f"opposite({unlike})"

@@ -174,7 +174,8 @@ def target(texts: tuple[str, ...]) -> str:
     Raises:
       compiler.BuildError: it does not, here.
     """
-    name = f"walk_{hashlib.sha256(''.join(texts).encode()).hexdigest()[:24]}"
+    whole = "".join((*texts, *compiler.FLAGS))
+    name = f"walk_{hashlib.sha256(whole.encode()).hexdigest()[:24]}"
     found = compiler.library(texts)
     _loaded.append(found)
     jax.ffi.register_ffi_target(name, jax.ffi.pycapsule(found.walk), platform="cpu")

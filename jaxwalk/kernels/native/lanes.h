@@ -72,8 +72,9 @@ ALWAYS F least(F a, F b) {
 ALWAYS F greatest(F a, F b) {
   return (F)_mm512_mask_mov_ps(_mm512_max_ps((__m512)a, (__m512)b), ne(a, a), (__m512)a);
 }
-ALWAYS F least(F a, float b) { return (F)_mm512_min_ps((__m512)f(b), (__m512)a); }
-ALWAYS F greatest(F a, float b) { return (F)_mm512_max_ps((__m512)f(b), (__m512)a); }
+// b is a number.
+ALWAYS F least_known(F a, float b) { return (F)_mm512_min_ps((__m512)f(b), (__m512)a); }
+ALWAYS F greatest_known(F a, float b) { return (F)_mm512_max_ps((__m512)f(b), (__m512)a); }
 #else
 #if W == 1
 typedef int32_t B;  // 0 or -1
@@ -128,8 +129,9 @@ ALWAYS F root(F x) {
 // b where it is less, and where a is a number and b is none.
 ALWAYS F least(F a, F b) { return select(either(le(a, b), ne(a, a)), b, a); }
 ALWAYS F greatest(F a, F b) { return select(either(ge(a, b), ne(a, a)), b, a); }
-ALWAYS F least(F a, float b) { return select(gt(a, f(b)), a, f(b)); }
-ALWAYS F greatest(F a, float b) { return select(lt(a, f(b)), a, f(b)); }
+// b is a number.
+ALWAYS F least_known(F a, float b) { return select(gt(a, f(b)), a, f(b)); }
+ALWAYS F greatest_known(F a, float b) { return select(lt(a, f(b)), a, f(b)); }
 #endif
 
 ALWAYS I least(I a, I b) { return select(lt(b, a), a, b); }

@@ -1,0 +1,172 @@
+"""Walkers go the same way by native code as by XLA, and the program says which it is."""
+
+import dataclasses
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxwalk import dynamics, footstep, physics, stepper, stepping, walker, windows
+from jaxwalk.config import BodyConfig, Config, PhysicsConfig
+from jaxwalk.errors import UserError
+from jaxwalk.kernels import compiler, native, walk
+from jaxwalk.kernels.graph import Unsupported
+from jaxwalk.stepper import Task
+
+PLANAR, WALLS = Config(), Config(body=BodyConfig(model="walls"))
+WALKERS = 1000
+
+
+def walked(config, walkers):
+    """Walkers of all ages, phases, sizes and pushes, none of them lying."""
+    task = Task.of(config)
+
+    def on(key):
+        state = windows.spawn(config, task, key)
+
+        def window(_, state):
+            state = stepper.decide(state, footstep.nominal_action(state.walker.person))
+            return walk.scan(stepper.alone, task, 10, state)[0]
+
+        return jax.lax.fori_loop(0, jax.random.randint(key, (), 1, 200), window, state)
+
+    states = jax.jit(jax.vmap(on))(jax.random.split(jax.random.key(5), walkers))
+    up = np.flatnonzero(~np.asarray(states.done))
+    assert up.size > 0.8 * walkers
+    return jax.tree.map(lambda x: x[np.resize(up, walkers)], states)
+
+
+def numbers(tree):
+    """(name, numbers as float64) of each array but keys."""
+    for path, x in jax.tree.leaves_with_path(tree):
+        if not jnp.issubdtype(x.dtype, jax.dtypes.prng_key):
+            yield jax.tree_util.keystr(path), np.asarray(x, np.float64)
+
+
+def ticked(config, states):
+    """One tick of ``states`` by native code and by XLA."""
+    task = Task.of(config)
+    ours = jax.jit(jax.vmap(lambda s: walk.scan(stepper.alone, task, 1, s)[0]))(states)
+    theirs = jax.jit(jax.vmap(lambda s: stepper.alone(task, s)[0]))(states)
+    return ours, theirs
+
+
+@pytest.mark.parametrize(
+    "config", [PLANAR, pytest.param(WALLS, marks=pytest.mark.slow)], ids=["planar", "walls"]
+)
+def test_a_tick_is_xlas(config):
+    states = walked(config, WALKERS)
+    ours, theirs = ticked(config, states)
+    far = []
+    for (name, x), (_, y) in zip(numbers(ours), numbers(theirs), strict=True):
+        largest = max(1.0, np.abs(y[np.isfinite(y)]).max(initial=0.0))
+        off = np.where(x == y, 0.0, np.abs(x - y)) / largest
+        assert off.max() <= 1e-4, name
+        far.append(off.ravel())
+    assert np.median(np.concatenate(far)) < 1e-6
+
+
+def test_a_number_that_is_not_finite_is_told_as_xla_does_or_matters_to_nobody():
+    """Of one walker each: each number in turn, infinite or none."""
+    state = jax.tree.map(lambda x: x[0], walked(PLANAR, 16))
+    leaves, tree = jax.tree.flatten(state)
+    many, names = [], []
+    for i, (path, leaf) in enumerate(jax.tree.leaves_with_path(state)):
+        if not jnp.issubdtype(leaf.dtype, jnp.floating):
+            continue
+        for at in np.ndindex(leaf.shape):
+            for value in (np.nan, np.inf):
+                many.append(jax.tree.unflatten(tree, [*leaves[:i], leaf.at[at].set(value), *leaves[i + 1 :]]))
+                names.append(f"{jax.tree_util.keystr(path)}{at} {value}")
+    states = jax.tree.map(lambda *x: jnp.stack(x), *many)
+    ours, theirs = ticked(PLANAR, states)
+    well = walk.scan(stepper.alone, Task.of(PLANAR), 1, state)[0]
+    for k, name in enumerate(names):
+        if bool(ours.broken[k]) == bool(theirs.broken[k]):
+            continue
+        assert bool(theirs.broken[k]), f"{name}: broken by native code alone"
+        # What JAX multiplied by nought moves nothing.
+        for (where, x), (_, y) in zip(
+            numbers(jax.tree.map(lambda x, k=k: x[k], ours)), numbers(well), strict=True
+        ):
+            same = (x == y) | ~np.isfinite(x)
+            assert same.all(), f"{name}: moves {where}"
+
+
+def test_noise_is_the_walkers_own():
+    state = jax.tree.map(lambda x: x[0], walked(PLANAR, 16)).walker
+    found = walk.scan(_noise, None, 1, state)[1][0]
+    np.testing.assert_allclose(found, walker.noise(state, 1)[0], rtol=1e-6, atol=1e-6)
+
+
+def _noise(_, state):
+    return state, walker.noise(state, 1)[0]
+
+
+def test_the_environment_has_the_last_word(monkeypatch):
+    config = dataclasses.replace(PLANAR, kernels="off")
+    assert stepping.stepper_of(config) == "XLA"
+    assert stepping.stepper_of(PLANAR) == f"native code, {native.width()} walkers a vector"
+    monkeypatch.setenv(stepping.VARIABLE, "auto")
+    assert stepping.native_here(walker.Setup.of(config))
+    monkeypatch.setenv(stepping.VARIABLE, "off")
+    assert not stepping.native_here(walker.Setup.of(PLANAR))
+    monkeypatch.setenv(stepping.VARIABLE, "yes")
+    with pytest.raises(UserError, match="JAXWALK_KERNELS='yes': give auto or off"):
+        stepping.native_here(walker.Setup.of(PLANAR))
+
+
+@pytest.mark.parametrize("error", [Unsupported("a while loop"), compiler.BuildError("c++ failed")])
+def test_where_no_native_code_can_be_made_xla_steps_and_it_is_said_once(monkeypatch, capsys, error):
+    def fails(*_):
+        raise error
+
+    monkeypatch.setattr(walk, "scan", fails)
+    stepping.say.cache_clear()
+    for _ in range(2):
+        told = stepping.scan(walker.Setup.of(PLANAR), _noise, None, 1, None, otherwise=lambda: (7, None))
+        assert told == (7, None)
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and str(error) in said
+
+
+def test_mjx_itself_steps_whoever_asks_for_it():
+    own, plain = PhysicsConfig(), PhysicsConfig(solver="mjx")
+    config = dataclasses.replace(PLANAR, physics=plain)
+    assert stepping.stepper_of(config) == "mjx.step"
+    assert not stepping.native_here(walker.Setup.of(config))
+    ratio = walker.person(config.gait, jnp.float32(1.8), jnp.float32(75)).ratio
+
+    def step(physics_config):
+        model = physics.model_of(config.body, physics_config, ratio)
+        plant = physics.Plant(jnp.zeros(9).at[1].set(1.2), jnp.zeros(9).at[3].set(1.0), jnp.zeros(9))
+        told = jnp.zeros(6), jnp.zeros((7, 2))
+        return jax.jit(partial(physics.step, config.body, physics_config))(model, plant, *told)[0]
+
+    np.testing.assert_allclose(step(own).qvel, step(plain).qvel, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    "change, why",
+    [
+        (lambda spec: spec.worldbody.add_body().add_freejoint(), "neither slide nor turn"),
+        (lambda spec: setattr(spec.joints[-1], "frictionloss", 1.0), "dry friction"),
+        (lambda spec: setattr(spec.joints[-1], "stiffness", [1.0, 0, 0]), "springs"),
+        (lambda spec: setattr(spec.option, "cone", 1), "elliptic"),
+        (lambda spec: setattr(spec.option, "integrator", 0), "implicitfast"),
+        (lambda spec: setattr(spec.option, "density", 1.2), "fluid"),
+    ],
+)
+def test_a_model_that_the_own_solver_does_not_hold_is_refused_by_name(change, why):
+    from jaxwalk import body, mjcf
+
+    spec = mjcf.build(body.build(PLANAR.body), PLANAR.physics, "planar")
+    dynamics.check(spec.compile())
+    change(spec)
+    for one in spec.bodies[1:]:
+        if not one.mass and not one.geoms:
+            one.mass, one.inertia = 1.0, [1.0, 1.0, 1.0]
+    with pytest.raises(UserError, match=f"{why}.*--physics.solver mjx"):
+        dynamics.check(spec.compile())
