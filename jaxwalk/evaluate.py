@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from jaxwalk import files, results, scenarios, subjects, sway
+from jaxwalk import files, results, scenarios, stepping, subjects, sway
 from jaxwalk.burdens import Burden
 from jaxwalk.config import BodyConfig, RewardConfig
 from jaxwalk.statistics import each_phase, threshold, worst_phase
@@ -26,7 +26,7 @@ from jaxwalk.trials import BINS, Act, Profile, Runner, Scenario, Trial
 if TYPE_CHECKING:
     from jaxwalk.cli.evaluate import EvaluateArgs
 
-BATCH = 256  # trials in one program, at most
+BATCH = 2048  # trials in one program, at most
 AFTER_PUSH = 8.0  # s watched after the step in which the push comes
 BEFORE_PUSH = 5.0  # s, enough for the step of the push to be reached
 
@@ -74,10 +74,16 @@ class Pushes:
     impulse_delivered: list[float]
 
 
+def sized(args: EvaluateArgs) -> EvaluateArgs:
+    """``args`` with so many replicas that shares of them can be told apart, where that costs nothing."""
+    return stepping.sized(args, many=128, few=8)
+
+
 class Programs:
     """The compiled programs of evaluations of one size, so that policies of one kind share theirs."""
 
     def __init__(self, args: EvaluateArgs) -> None:
+        args = sized(args)
         self._engine = args.engine
         self._batch = min(BATCH, max(args.walkers, len(args.impulses) * args.phases * args.replicas))
         self._runners: dict[tuple[Act, Task], Runner] = {}
@@ -110,6 +116,7 @@ def evaluate(
       programs: made for the same ``args``; default: one of its own.
       burden: what all walkers bear without being told.
     """
+    args = sized(args)
     runner = (programs or Programs(args)).of(subject)
 
     def follow(what: str, batch: Scenario, profile: Profile, seconds: float) -> Trial:
@@ -235,6 +242,7 @@ def main(args: EvaluateArgs) -> None:
         model=args.model,
     )
     console = Console()
+    stepping.begin(subject.config, args.engine)
     with bars(console) as tell:
         result = evaluate(subject, args, tell)
     if args.json is not None:
@@ -256,9 +264,9 @@ def _print(console: Console, name: str, result: dict[str, Any]) -> None:
     if "pushes" not in result:
         return
     pushes = result["pushes"]
-    table = Table(
-        "impulse, N s", "survival", "worst phase", "steady again", "mean recovery, s", title="pushed"
-    )
+    phases, replicas = len(pushes["phases"]), result["options"]["replicas"]
+    title = f"pushed, {replicas} walkers at each of {phases} phases"
+    table = Table("impulse, N s", "survival", "worst phase", "steady again", "mean recovery, s", title=title)
     rows = zip(
         pushes["impulses"], pushes["survival"], pushes["steady"], pushes["recovery_seconds"], strict=True
     )

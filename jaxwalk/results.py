@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from jaxwalk import config_io, reading, runtime
+from jaxwalk import config_io, reading, runtime, stepping
 from jaxwalk.config import Config, to_dict
 from jaxwalk.errors import UserError
 from jaxwalk.subjects import Subject
@@ -36,6 +36,7 @@ def stamp(made_by: str, args: Any, subject: Subject | None, config: Config) -> d
         "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         "options": options,
         "config": to_dict(config),
+        "stepper": stepping.stepper_of(config, getattr(args, "engine", "mjx")),
         **runtime.hardware(),
     }
 

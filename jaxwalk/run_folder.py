@@ -81,6 +81,7 @@ class RunFolder:
             check_free(path)
         path = path or dated()
         record = {"config": to_dict(config), "seed": seed, "command": command, **runtime.hardware()}
+        record["versions"]["stepper"] = _stepper(config)
         try:
             (path / CHECKPOINTS).mkdir(parents=True)
             write_json(path / CONFIG, record)
@@ -332,9 +333,19 @@ def _unwritable(path: Path, reason: str) -> str:
     return f"cannot write the run folder {path}: {reason}; give --run-dir a folder that can be written"
 
 
-def say_what_changed(versions: Mapping[str, str]) -> None:
-    """Tell which packages are not those that a run was begun with, ``versions`` by name."""
-    now = runtime.versions()["versions"]
+def _stepper(config: Config) -> str:
+    from jaxwalk import stepping  # imports JAX, which readers of run folders do without
+
+    return stepping.stepper_of(config)
+
+
+def say_what_changed(versions: Mapping[str, str], config: Config) -> None:
+    """Tell what is not that with which a run was begun: packages, and what steps its walkers.
+
+    Args:
+      versions: then, by name. config: of the run.
+    """
+    now = runtime.versions()["versions"] | {"stepper": _stepper(config)}
     other = [f"{name} {old} (now {now.get(name)})" for name, old in versions.items() if now.get(name) != old]
     if other:
         print(f"begun with {', '.join(other)}: goes on, but perhaps not bit for bit", flush=True)

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import os
 import sys
 from collections.abc import Callable, Hashable
-from typing import Any
+from typing import Any, TypeVar
 
 import jax
 
 from jaxwalk import devices
-from jaxwalk.config import Config
+from jaxwalk.config import Config, Engine
 from jaxwalk.errors import UserError
 from jaxwalk.kernels import native, walk
 from jaxwalk.kernels.compiler import BuildError
@@ -19,6 +20,7 @@ from jaxwalk.kernels.graph import Unsupported
 from jaxwalk.newton import WRITTEN_OUT
 from jaxwalk.walker import Setup, on_gpu
 
+T = TypeVar("T")
 BLOCK = 128
 """Walkers that native code moves between two questions to the policy: fewer are too few for XLA."""
 VARIABLE = "JAXWALK_KERNELS"
@@ -96,9 +98,11 @@ def _problem() -> str | None:
     return None
 
 
-def stepper_of(config: Config) -> str:
+def stepper_of(config: Config, engine: Engine = "mjx") -> str:
     """What steps walkers of ``config`` here, in a few words."""
-    setup = Setup.of(config)
+    setup = Setup.of(config, engine)
+    if engine == "mujoco":
+        return "C MuJoCo"
     if native_here(setup):
         return f"native code, {native.width()} walkers a vector"
     if on_gpu(setup):
@@ -108,6 +112,24 @@ def stepper_of(config: Config) -> str:
     if jax.default_backend() == "cpu" and chosen(config.kernels) == "auto" and (why := _problem()):
         return f"XLA ({why})"
     return "XLA"
+
+
+def begin(config: Config, engine: Engine = "mjx") -> None:
+    """Says what steps, the first line of a command that measures."""
+    print(f"stepped by {stepper_of(config, engine)}", flush=True)
+
+
+def sized(args: T, many: int, few: int) -> T:
+    """A command's options with as many ``replicas`` as are asked for; else ``many`` where native code steps
+    the walkers, ``few`` elsewhere.
+
+    Args:
+      args: a dataclass with ``replicas`` and ``engine``.
+    """
+    told: Any = args
+    if told.replicas is not None:
+        return args
+    return dataclasses.replace(told, replicas=many if native_here(Setup.of(Config(), told.engine)) else few)
 
 
 @functools.cache

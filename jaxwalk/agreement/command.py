@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, get_args
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import evaluate, files, results, subjects
+from jaxwalk import evaluate, files, results, stepping, subjects
 from jaxwalk.agreement import compare, picture
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.config import Engine
@@ -49,6 +49,7 @@ def main(args: AgreementArgs) -> None:
     subject = subjects.load(args.policy, height=args.height, mass=args.mass)
     files.make_folder("--out", args.out)
     console = Console()
+    stepping.begin(subject.config)
     with evaluate.bars(console) as tell:
         result = agreement(subject, args, tell)
     files.write_json(args.out / "agreement.json", result)

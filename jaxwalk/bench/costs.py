@@ -7,6 +7,7 @@ alone, so that every figure is XLA's own; only the turns are multiplied in.
 from __future__ import annotations
 
 import importlib
+import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,6 +22,10 @@ _CALLED = re.compile(r"(?:calls|to_apply|true_computation|false_computation|sele
 _BRANCHES = re.compile(r"(?:branch|called)_computations=\{([^}]*)\}")
 _KERNEL = re.compile(
     r'serialized_metadata = "\{\\22flops\\22: \\22(\d+)\\22, \\22bytes\\22: \\22(\d+)\\22\}"'
+)
+_NATIVE = re.compile(
+    r'custom_call_target="walk_\w+", operand_layout_constraints=\{\w+\[([\d,]*)\].*'
+    r"backend_config=\{flops = (\d+) : i64, size = (\d+) : i64"
 )
 _METADATA = re.compile(r', metadata=\{(?:[^{}"]|"[^"]*")*\}')
 
@@ -139,8 +144,14 @@ class _Program:
 
 
 def _kernels(text: str) -> Cost:
-    """Of the kernels in ``text``, which tell it themselves: XLA knows nothing of them."""
+    """Of the kernels in ``text``, which tell it themselves: XLA knows nothing of them.
+
+    Of native code XLA counts the bytes: what goes in and what comes out.
+    """
     flops, moved = 0, 0
+    for one in _NATIVE.finditer(text):
+        walkers = math.prod(map(int, filter(None, one[1].split(",")))) // int(one[3])
+        flops += walkers * int(one[2])
     for one in _KERNEL.finditer(text):
         flops, moved = flops + int(one[1]), moved + int(one[2])
     return Cost(float(flops), float(moved))

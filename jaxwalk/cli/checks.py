@@ -25,6 +25,12 @@ def whole(option: str, value: int, least: int = 1) -> None:
         raise UserError(f"{option} {value}: give a whole number, {least} or more")
 
 
+def replicas(value: int | None) -> None:
+    """Walkers for each push, if they are given."""
+    if value is not None:
+        whole("--replicas", value)
+
+
 def seed(value: int) -> None:
     """What JAX's random keys are made of: 32 bits."""
     if not 0 <= value < 2**32:

@@ -11,7 +11,7 @@ import tyro
 
 from jaxwalk import files
 from jaxwalk.cli import checks
-from jaxwalk.cli.parse import POLICIES, Impulses, OptionalFloat, OptionalModel, parse
+from jaxwalk.cli.parse import POLICIES, Impulses, OptionalFloat, OptionalInt, OptionalModel, parse
 from jaxwalk.compare import entry
 from jaxwalk.config import Engine
 
@@ -42,8 +42,8 @@ class CompareArgs:
     """Pushes, N s, ascending, with commas between; positive ones push forward."""
     phases: int = 16
     """Points of the step at which a push begins, evenly spread."""
-    replicas: int = 4
-    """Walkers for each impulse and phase."""
+    replicas: OptionalInt = None
+    """Walkers for each impulse and phase. Default: 128 where native code steps them, 4 elsewhere."""
     push_height: float = 0.0
     """Where the push lands, m above the torso's centre."""
     push_duration: float = 0.1
@@ -73,7 +73,7 @@ class CompareArgs:
         checks.ascending("--impulses", self.impulses)
         checks.impulses("--impulses", self.impulses)
         checks.whole("--phases", self.phases)
-        checks.whole("--replicas", self.replicas)
+        checks.replicas(self.replicas)
         checks.between("--push-height", self.push_height, -1.0, 1.0, " m")
         checks.push_seconds("--push-duration", self.push_duration)
         checks.person(self.height, self.mass)

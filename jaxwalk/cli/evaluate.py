@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from jaxwalk import files
 from jaxwalk.cli import checks
-from jaxwalk.cli.parse import Impulses, OptionalFile, OptionalFloat, OptionalModel, Policy, parse
+from jaxwalk.cli.parse import Impulses, OptionalFile, OptionalFloat, OptionalInt, OptionalModel, Policy, parse
 from jaxwalk.config import Engine
 
 
@@ -26,8 +26,8 @@ class EvaluateArgs:
     """Pushes to try, N s, with commas between; positive ones push forward."""
     phases: int = 16
     """Points of the step at which a push begins, evenly spread."""
-    replicas: int = 8
-    """Walkers for each impulse and phase."""
+    replicas: OptionalInt = None
+    """Walkers for each impulse and phase. Default: 128 where native code steps them, 8 elsewhere."""
     push_height: float = 0.0
     """Where the push lands, m above the torso's centre."""
     push_duration: float = 0.1
@@ -56,7 +56,7 @@ class EvaluateArgs:
         checks.between("--speed", self.speed, 0.1, 3.0, " m/s")
         checks.impulses("--impulses", self.impulses)
         checks.whole("--phases", self.phases)
-        checks.whole("--replicas", self.replicas)
+        checks.replicas(self.replicas)
         checks.between("--push-height", self.push_height, -1.0, 1.0, " m")
         checks.push_seconds("--push-duration", self.push_duration)
         checks.person(self.height, self.mass)

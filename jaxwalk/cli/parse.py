@@ -144,6 +144,7 @@ Given = tyro.conf.UseCounterAction[int]
 OptionalPolicy = Annotated[str | None, tyro.conf.arg(metavar="POLICY")]
 OptionalFile = Annotated[Path | None, tyro.conf.arg(metavar="PATH")]
 OptionalFloat = Annotated[float | None, tyro.conf.arg(metavar="FLOAT")]
+OptionalInt = Annotated[int | None, tyro.conf.arg(metavar="INT")]
 OptionalModel = Annotated[
     BodyModel | None,
     tyro.conf.arg(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from jaxwalk import files
 from jaxwalk.cli import checks
-from jaxwalk.cli.parse import Impulses, Numbers, OptionalModel, Points, Policy, parse
+from jaxwalk.cli.parse import Impulses, Numbers, OptionalInt, OptionalModel, Points, Policy, parse
 from jaxwalk.config import Engine
 from jaxwalk.errors import UserError
 from jaxwalk.points import Point
@@ -33,8 +33,8 @@ class PushMapArgs:
     the push begins."""
     durations: Numbers = (0.1,)
     """How long pushes last, s, with commas between."""
-    replicas: int = 8
-    """Walkers for each combination."""
+    replicas: OptionalInt = None
+    """Walkers for each combination. Default: 64 where native code steps them, 8 elsewhere."""
     chunk: int = 512
     """Trials in one program: what bounds the memory. The map does not depend on it, nor on how many devices
     there are (on a GPU programs of other sizes round otherwise, which can turn a trial on the brink)."""
@@ -62,7 +62,8 @@ class PushMapArgs:
             checks.between("--points torso", Point.of(point).height, -1.0, 1.0, " m above its centre")
         for duration in self.durations:
             checks.push_seconds("--durations", duration)
-        for option in ("phases", "replicas", "chunk"):
+        checks.replicas(self.replicas)
+        for option in ("phases", "chunk"):
             checks.whole(f"--{option}", getattr(self, option))
         checks.seed(self.seed)
         files.check_folder("--out", self.out)

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from jaxwalk import evaluate, files, results
+from jaxwalk import evaluate, files, results, stepping
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.compare import cast, entry, picture, summary
 from jaxwalk.compare.cast import Member
@@ -36,6 +36,7 @@ def compare(args: CompareArgs, progress: Progress) -> dict[str, Any]:
     Raises:
       UserError: a policy that cannot be loaded, or that walks in another world than the first.
     """
+    args = stepping.sized(args, many=128, few=4)
     entries = entry.parse(args.policies)
     loaded = cast.load(
         entries,
@@ -46,6 +47,7 @@ def compare(args: CompareArgs, progress: Progress) -> dict[str, Any]:
         model=args.model,
     )
     files.make_folder("--out", args.out)
+    stepping.begin(loaded[0][0].subject.config, args.engine)
     same = {field.name for field in dataclasses.fields(EvaluateArgs)} - {"policy", "json"}
     options = EvaluateArgs(policy="", **{name: getattr(args, name) for name in same})
     programs = evaluate.Programs(options)
@@ -130,7 +132,8 @@ def main(args: CompareArgs) -> None:
 
 def _print(console: Console, result: dict[str, Any]) -> None:
     policies = result["policies"]
-    title = "thresholds in N s (+: the grid ends); means over seeds, least to most"
+    replicas = result["options"]["replicas"]
+    title = f"thresholds in N s, {replicas} walkers a cell (+: the grid ends); means over seeds"
     screen = Table("", *(policy["name"] for policy in policies), title=title)
     screen.add_row("seeds", *(str(len(policy["members"])) for policy in policies), end_section=True)
 

@@ -14,7 +14,7 @@ from rich.progress import Progress
 from rich.table import Table
 from rich.text import Text
 
-from jaxwalk import files, reading, results, subjects
+from jaxwalk import files, reading, results, stepping, subjects
 from jaxwalk.errors import UserError
 from jaxwalk.gaitlab import measures, picture, report, signals
 from jaxwalk.gaitlab.report import Report
@@ -67,6 +67,7 @@ def main(args: GaitArgs) -> None:
     check_free(args.out, identity)
     files.make_folder("--out", args.out)
     console = Console()
+    stepping.begin(subject.config)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         bar = progress.add_task("walking", total=1.0)
         found = report.make(

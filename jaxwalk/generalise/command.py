@@ -9,7 +9,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import evaluate, files, results, subjects, sweeps
+from jaxwalk import evaluate, files, results, stepping, subjects, sweeps
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.cli.generalise import NOBODY
 from jaxwalk.compare import cast
@@ -112,6 +112,7 @@ def main(args: GeneraliseArgs) -> None:
     plan = planned(args)  # before minutes of work
     files.make_folder("--out", args.out)
     console = Console()
+    stepping.begin(plan[0][1].config, args.engine)
     with evaluate.bars(console) as tell:
         result = generalise(plan, args, tell)
     files.write_json(args.out / "generalise.json", result)

@@ -110,8 +110,7 @@ def recall(name: str) -> str | None:
     for folder in _folders():
         file = folder / f"{name}.json"
         with contextlib.suppress(OSError, ValueError):
-            text = file.read_text()
-            seal, _, rest = text.partition("\n")
+            seal, _, rest = file.read_text().partition("\n")
             if _own(file) and hashlib.sha256(rest.encode()).hexdigest() == seal:
                 return rest
     return None
@@ -187,10 +186,10 @@ def _make(sources: tuple[str, ...], flags: tuple[str, ...], file: Path) -> None:
 
         def object_of(numbered: tuple[int, str]) -> str:
             number, source = numbered
-            text = folder / f"{number}.cc"
-            text.write_text(source)
-            made = str(text.with_suffix(".o"))
-            _run([*flags, f"-I{jax.ffi.include_dir()}", "-c", str(text), "-o", made], until)
+            file = folder / f"{number}.cc"
+            file.write_text(source)
+            made = str(file.with_suffix(".o"))
+            _run([*flags, f"-I{jax.ffi.include_dir()}", "-c", str(file), "-o", made], until)
             return made
 
         made, seal = folder / "walk.so", folder / "walk.sha256"

@@ -46,8 +46,8 @@ def literal(entry: Entry) -> str:
         return f"(int32_t){int(entry)}LL"
     if not np.isfinite(entry):
         return "NAN" if np.isnan(entry) else "-INFINITY" if entry < 0 else "INFINITY"
-    text = repr(float(entry))
-    return f"{text}f" if "." in text or "e" in text else f"{text}.0f"
+    digits = repr(float(entry))
+    return f"{digits}f" if "." in digits or "e" in digits else f"{digits}.0f"
 
 
 def vector(entry: Entry) -> str:

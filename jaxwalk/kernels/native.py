@@ -140,10 +140,8 @@ _EXPORT = 'extern "C" __attribute__((visibility("default"))) '
 
 
 def _header(name: str) -> str:
-    text = (resources.files("jaxwalk.kernels") / "native" / name).read_text()
-    return "\n".join(
-        line for line in text.splitlines() if not line.startswith(('#include "lanes', "#pragma once"))
-    )
+    lines = (resources.files("jaxwalk.kernels") / "native" / name).read_text().splitlines()
+    return "\n".join(line for line in lines if not line.startswith(('#include "lanes', "#pragma once")))
 
 
 def _table(name: str, arrays: Sequence[Sequence[Entry]], places: Sequence[Sequence[int]]) -> str:
@@ -191,15 +189,17 @@ def call(
     results: Sequence[jax.ShapeDtypeStruct],
     reused: dict[int, int],
     ticks: int,
+    flops: int,
 ) -> list[jax.Array]:
     """``ticks`` ticks of one walker; under `jax.vmap`, of all.
 
     Args:
       given: as the plan has them. results: shapes and types, state first, then rows.
-      reused: for each array of the state that has its form, the argument whose memory it takes.
+      reused: for each array of the state, the argument whose memory it takes.
+      flops: of one walker's tick, for whoever reads the program's cost.
     """
     return list(
         jax.ffi.ffi_call(name, list(results), vmap_method="broadcast_all", input_output_aliases=reused)(
-            *given, ticks=np.int64(ticks)
+            *given, ticks=np.int64(ticks), flops=np.int64(ticks * flops), size=np.int64(given[0].size)
         )
     )

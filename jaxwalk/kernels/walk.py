@@ -11,6 +11,7 @@ from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib import metadata
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ import jax.numpy as jnp
 
 from jaxwalk.kernels import compiler, native
 from jaxwalk.kernels.entries import Entries, inputs
-from jaxwalk.kernels.graph import Entry, Graph, Unsupported, is_key
+from jaxwalk.kernels.graph import ARITHMETIC, Entry, Graph, Unsupported, is_key, reach
 from jaxwalk.kernels.unroll import unrolled
 
 
@@ -49,6 +50,7 @@ def scan(
         [*(jax.ShapeDtypeStruct(x.shape, x.dtype) for x in results), *rows],
         {i: k for k, i in enumerate(program.changed)},
         length,
+        program.flops,
     )
     news = iter(done)
     after = list(leaves[: program.state])
@@ -70,6 +72,7 @@ class Program:
     Attributes:
       state: how many arrays its state has. changed: which of them it changes.
       row, row_tree: what it writes at each tick, shapes and types, and the tree that they make.
+      flops: of one tick.
       texts: its C++.
     """
 
@@ -77,6 +80,7 @@ class Program:
     changed: tuple[int, ...]
     row: tuple[jax.ShapeDtypeStruct, ...]
     row_tree: Any
+    flops: int
     texts: tuple[str, ...]
 
 
@@ -102,7 +106,9 @@ def _unrolled(function: Callable[..., Any], setting: Hashable, tree: Any, like: 
         rows=[_words(graph, x) for x in rows],
     )
     forms = tuple(jax.ShapeDtypeStruct(*_form(x)) for x in rows)
-    return Program(len(olds), tuple(changed), forms, row_tree, native.sources(plan))
+    computed = reach([x for _, entries in plan.state for x in entries] + [*chain(*plan.rows)])
+    flops = sum(node.op in ARITHMETIC and node.dtype.kind == "f" for node in computed)
+    return Program(len(olds), tuple(changed), forms, row_tree, flops, native.sources(plan))
 
 
 def _form(x: Entries) -> tuple[Any, Any]:
@@ -130,11 +136,11 @@ def program_of(
         "\0".join([told, _origins(function.__module__.partition(".")[0])]).encode()
     ).hexdigest()
     if (found := compiler.recall(name)) is not None:
-        state, changed, texts = json.loads(found)
-        return Program(state, tuple(changed), (), jax.tree.structure(None), tuple(texts))
+        state, changed, flops, texts = json.loads(found)
+        return Program(state, tuple(changed), (), jax.tree.structure(None), flops, tuple(texts))
     made = _unrolled(function, setting, tree, like)
     if not made.row:
-        compiler.keep(name, json.dumps([made.state, made.changed, made.texts]))
+        compiler.keep(name, json.dumps([made.state, made.changed, made.flops, made.texts]))
     return made
 
 

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 from rich.console import Console
 
-from jaxwalk import evaluate, files, plots, subjects
+from jaxwalk import evaluate, files, plots, stepping, subjects
 from jaxwalk.cli import lines
 from jaxwalk.cli.paper import NAMES, PaperArgs
 from jaxwalk.errors import UserError
@@ -39,6 +39,7 @@ def main(args: PaperArgs) -> None:
     if args.retrain:
         tell = partial(console.print, highlight=False)
         trainings.train(args.trainings, args.out / "runs", tuple(trainings.TRAININGS), tell)
+    stepping.begin(subject.config)
     store = Store(args, subject, {name: _inputs(claim, args) for name, claim in claims.items()})
     for name in store.claims:
         _said(claims[name], store)  # what is damaged is said before minutes of measuring

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table as Screen
 
-from jaxwalk import body, files, physics, results, runtime, subjects
+from jaxwalk import body, files, physics, results, runtime, stepping, subjects
 from jaxwalk.capturability import Pendulum
 from jaxwalk.config import to_dict
 from jaxwalk.pushmap import picture, run, summary, table
@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 
 def push_map(subject: Subject, args: PushMapArgs, progress: Progress) -> dict[str, Any]:
     """Try the whole grid and write ``map.npz``, ``map.json`` and ``map.png``; gives the JSON."""
+    args = stepping.sized(args, many=64, few=8)
     phases = tuple(i / args.phases for i in range(args.phases))
-    grid = Grid(args.impulses, phases, args.points, args.durations, args.replicas, args.seed)
+    grid = Grid(args.impulses, phases, args.points, args.durations, args.replicas or 0, args.seed)
     identity = {"policy": subject.digest, "config": to_dict(subject.config), "engine": args.engine}
     identity |= runtime.versions()
     found = table.resume(args.out, grid, identity)
@@ -77,12 +78,14 @@ def main(args: PushMapArgs) -> None:
     """The command."""
     subject = subjects.load(args.policy, model=args.model)
     console = Console()
+    stepping.begin(subject.config, args.engine)
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
     with Progress(
         *columns, TimeRemainingColumn(), console=console, disable=not console.is_terminal
     ) as progress:
         result = push_map(subject, args, progress)
-    screen = Screen("push", "all phases", "worst phase", "least share of the limit", title=args.policy)
+    title = f"{args.policy}, {result['replicas']} walkers a cell"
+    screen = Screen("push", "all phases", "worst phase", "least share of the limit", title=title)
     for d, duration in enumerate(result["durations"]):
         for point, part in zip(result["points"], result["maps"][d], strict=True):
             for way in ("forward", "backward"):

@@ -9,7 +9,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import evaluate, files, results, subjects, sweeps
+from jaxwalk import evaluate, files, results, stepping, subjects, sweeps
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.config import Config
 from jaxwalk.evaluate import Tell
@@ -66,6 +66,7 @@ def main(args: SensitivityArgs) -> None:
     tried(subject, args)  # before minutes of work
     files.make_folder("--out", args.out)
     console = Console()
+    stepping.begin(subject.config, args.engine)
     with evaluate.bars(console) as tell:
         result = sensitivity(subject, args, tell)
     files.write_json(args.out / "sensitivity.json", result)

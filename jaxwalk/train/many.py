@@ -62,7 +62,7 @@ def resume_many(parent: Path) -> Path:
         raise UserError(f"the run in {parent} is finished: nothing is left to resume")
     first = next(iter(left.values()))
     config, origin = run_folder.load_config(first), run_folder.load_origin(first)
-    run_folder.say_what_changed(origin.versions)
+    run_folder.say_what_changed(origin.versions, config)
     with contextlib.ExitStack() as stack:
         folders = {seed: stack.enter_context(RunFolder.reopen(path)) for seed, path in left.items()}
         _train(config, parent, folders, origin.command, resumed=True)

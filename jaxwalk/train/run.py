@@ -8,7 +8,7 @@ from pathlib import Path
 
 import jax
 
-from jaxwalk import devices, run_folder, together, windows
+from jaxwalk import devices, run_folder, stepping, together, windows
 from jaxwalk.config import Config
 from jaxwalk.errors import UserError
 from jaxwalk.progress import Progress
@@ -64,7 +64,7 @@ def resume(path: Path) -> Path:
             if summary and not summary.get("interrupted"):
                 raise UserError(f"the run in {path} is finished: nothing is left to resume")
             stack.pop_all()
-        run_folder.say_what_changed(origin.versions)
+        run_folder.say_what_changed(origin.versions, config)
         return folder
 
     folder, identity = _open(begin)
@@ -116,7 +116,8 @@ def _train(
     if folder.writes:
         several = f" of {together.count()} processes" if together.count() > 1 else ""
         print(
-            f"run folder {folder.path}, devices ({jax.devices()[0].platform}): {mesh.size}{several}",
+            f"run folder {folder.path}, devices ({jax.devices()[0].platform}): {mesh.size}{several}, "
+            f"stepped by {stepping.stepper_of(config)}",
             flush=True,
         )
     with (

@@ -39,7 +39,8 @@ NEAR = {
 WHOLE = {
     "i_add": lax.add, "i_mul": lax.mul, "i_min": lax.min, "i_max": lax.max, "i_lt": lax.lt, "i_ge": lax.ge,
     "i_div": lax.div, "i_rem": lax.rem, "i_and": lax.bitwise_and, "i_or": lax.bitwise_or,
-    "i_xor": lax.bitwise_xor, "i_not": lambda a, _: ~a, "i_neg": lambda a, _: -a, "i_abs": lambda a, _: jnp.abs(a),
+    "i_xor": lax.bitwise_xor, "i_not": lambda a, _: ~a, "i_neg": lambda a, _: -a,
+    "i_abs": lambda a, _: jnp.abs(a),
     "i_sign": lambda a, _: jnp.sign(a), "i_float": lambda a, _: a.astype(jnp.float32),
     "i_select": lambda a, b: jnp.where(a < b, a, b), "i_truth": lambda a, _: a.astype(bool),
     "u_float": lambda a, _: a.astype(jnp.uint32).astype(jnp.float32),

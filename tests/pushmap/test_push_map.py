@@ -13,7 +13,7 @@ import jax
 import numpy as np
 import pytest
 
-from jaxwalk import cli, devices, evaluate
+from jaxwalk import cli, devices, evaluate, stepping
 from jaxwalk.pushmap import run, table
 
 OPTIONS = "--impulses -10,10,400 --phases 2 --replicas 2".split()
@@ -26,7 +26,8 @@ def short():
     with pytest.MonkeyPatch.context() as patch:
         # Two devices at most: a block for each of many would make one chunk of all 12 trials.
         patch.setattr(devices, "mesh", lambda *_: mesh(2))
-        patch.setattr(devices, "BLOCK", 2)  # so that few trials make several chunks
+        for one in (devices, stepping):
+            patch.setattr(one, "BLOCK", 2)  # so that few trials make several chunks
         patch.setattr(run, "CALM", 4)
         patch.setattr(run, "CALM_SECONDS", 6.0)
         patch.setattr(evaluate, "AFTER_PUSH", 2.0)

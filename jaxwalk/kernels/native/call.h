@@ -77,6 +77,15 @@ static int64_t elements(const XLA_FFI_Buffer *told) {
   return count;
 }
 
+static int64_t attribute(const XLA_FFI_CallFrame *frame, const char *name) {
+  for (int64_t k = 0; k < frame->attrs.size; k++) {
+    const XLA_FFI_ByteSpan *told = frame->attrs.names[k];
+    if (told->len == strlen(name) && memcmp(told->ptr, name, told->len) == 0)
+      return *static_cast<int64_t *>(static_cast<XLA_FFI_Scalar *>(frame->attrs.attrs[k])->value);
+  }
+  return 0;
+}
+
 // True if XLA only asks what the function was compiled for, which is told.
 static bool asked(XLA_FFI_CallFrame *frame) {
   XLA_FFI_Extension_Base *base = frame->extension_start;
@@ -97,7 +106,7 @@ template <int FIXED, int MOVING, int ROW>
 static XLA_FFI_Error *run(XLA_FFI_CallFrame *frame, Tick tick, const Array *given, int givens,
                           const Array *kept, const Array *moved, int moves, const Array *told, int tells) {
   if (asked(frame)) return nullptr;
-  const int64_t ticks = *static_cast<int64_t *>(static_cast<XLA_FFI_Scalar *>(frame->attrs.attrs[0])->value);
+  const int64_t ticks = attribute(frame, "ticks");
   const int64_t walkers = elements(buffer(frame->args.args[0])) / given[0].size;
   alignas(64) F block[FIXED + 2 * MOVING + 1], row[ROW + 1];
   for (int64_t first = 0; first < walkers; first += W) {
