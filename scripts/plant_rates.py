@@ -1,4 +1,4 @@
-"""Ticks a second of the plant alone: bare ``mjx.step``, the package's step by XLA, and by kernels on a GPU.
+"""Ticks a second of the plant alone: bare ``mjx.step``, the package's own by XLA, by native code or kernels.
 
 python scripts/plant_rates.py [--batches 4096,65536] [--ticks 100] [--rounds 3] [--json FILE]
 
@@ -7,6 +7,7 @@ All replay the same joint commands from the same walkers in mid-step, batch by b
 
 from __future__ import annotations
 
+import dataclasses
 import sys
 import time
 from collections.abc import Callable
@@ -20,13 +21,12 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import devices, files, runtime
+from jaxwalk import devices, files, runtime, stepping
 from jaxwalk.bench import stages
 from jaxwalk.bench.command import configured
 from jaxwalk.bench.programs import bare_steps, record, sharded, spawn, split, standing, walk_ticks
 from jaxwalk.cli.parse import Numbers, OptionalFile, parse
 from jaxwalk.errors import UserError
-from jaxwalk.kernels import fused
 from jaxwalk.stepper import Task
 
 WALKED = 256  # walkers that walk first; a batch is these over again
@@ -72,19 +72,16 @@ def measure(args: Args) -> list[dict[str, float]]:
     )
     walked = standing(sharded(partial(walk_ticks, task, SETTLE_WINDOWS), mesh)(fresh)[0])
     commands = sharded(partial(record, task, args.ticks), mesh)(split(walked, mesh))
-    usable, rows = fused.usable, []
+    plain = Task.of(dataclasses.replace(config, kernels="off"))
+    rows = []
     for walkers in map(int, args.batches):
         run = partial(rate, args, walkers, devices.mesh(walkers))
         row = {
             "walkers": walkers,
             "mjx_step": run(partial(bare_steps, config, task), walked.walker, commands),
+            "xla": run(partial(stages.plant_steps, plain), walked.walker, commands),
         }
-        try:
-            fused.usable = lambda *_: False
-            row["xla"] = run(partial(stages.plant_steps, task), walked.walker, commands)
-        finally:
-            fused.usable = usable
-        if usable(config.body, config.physics):
+        if stepping.stepper_of(config) != "XLA":
             row["kernels"] = run(partial(stages.plant_steps, task), walked.walker, commands)
         rows.append(row)
     return rows

@@ -17,15 +17,15 @@ from jax.sharding import Mesh
 from jaxwalk import devices, pushes, runtime
 from jaxwalk.bench import costs, limits, stages
 from jaxwalk.bench.programs import record, sharded, split, walk_ticks
-from jaxwalk.bench.rounds import BARE, LOOP, TICK, Builder, Program, take_turns
-from jaxwalk.bench.stages import OF_WALKER, WINDOWS
+from jaxwalk.bench.rounds import BARE, BY_XLA, LOOP, TICK, Builder, Program, take_turns
+from jaxwalk.bench.stages import OF_WALKER, PLANT, WINDOWS
 from jaxwalk.config import Config
 from jaxwalk.ddpg.replay import Replay
 from jaxwalk.stepper import Stepper, Task
 from jaxwalk.train import loop
 from jaxwalk.train.loop import TrainState
 
-SHORT = (BARE, TICK, LOOP)  # of a table of batches without all stages
+SHORT = (BARE, BY_XLA, PLANT, TICK, LOOP)  # of a table of batches without all stages
 PRODUCT, COPY = "product", "copy"
 _CALL = {"cpu": 2**18}  # about so many ticks of a walker a call; more on a GPU
 _CALL_GPU = 2**23
@@ -191,8 +191,10 @@ def _build(
             args = (calm.walker, commands) if follows else (calm.walker,)
             compiled, cost = builder.build(label, sharded(function, herd.mesh), *args)
             run = _replayed(compiled, args)
-        elif name == TICK:
-            compiled, cost = builder.build(label, sharded(partial(walk_ticks, task, count), herd.mesh), calm)
+        elif name in (TICK, BY_XLA):
+            stepped = task if name == TICK else Task.of(dataclasses.replace(config, kernels="off"))
+            walk = sharded(partial(walk_ticks, stepped, count), herd.mesh)
+            compiled, cost = builder.build(label, walk, calm)
             run = _replayed(compiled, (calm,), lambda result: float(np.sum(result[1])))
         elif name == WINDOWS:
             state = herd.of(walkers)
@@ -311,7 +313,7 @@ def _row(
             "of_peak_flops": None if cost is None else cost.flops * calls / rate[PRODUCT],
             "of_peak_bytes": None if cost is None else cost.bytes * calls / rate[COPY],
         }
-        before = turns[name]
+        before = None if name in (BARE, BY_XLA) else turns[name]  # these two stand beside the stages
     stats = [device.memory_stats() for device in jax.local_devices()]
     known = [s["peak_bytes_in_use"] for s in stats if s and "peak_bytes_in_use" in s]
     return {

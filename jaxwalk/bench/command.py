@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.table import Table
 
 from jaxwalk import files, results
-from jaxwalk.bench.rounds import BARE, LOOP, MAP, SAVING, TICK, Program, measure
+from jaxwalk.bench.rounds import BARE, BY_XLA, LOOP, MAP, SAVING, TICK, Program, measure
 from jaxwalk.config import Config
 from jaxwalk.presets import PRESETS, of_machine
 
@@ -44,7 +44,7 @@ def bench(args: BenchArgs, tell: Callable[[str], None] = lambda what: None) -> d
         }
     rates = {name: row["physics_steps_per_second"] for name, row in result["programs"].items()}
     return result | {
-        "ratios": {f"{name}/{BARE}": rates[name] / rates[BARE] for name in (TICK, MAP, LOOP)},
+        "ratios": {f"{name}/{BARE}": rates[name] / rates[BARE] for name in (BY_XLA, TICK, MAP, LOOP)},
         "checkpoint": _checkpoint(programs, config.train.checkpoint_seconds),
         "walkers": args.walkers,
         "ticks_per_call": ticks,

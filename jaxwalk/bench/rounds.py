@@ -6,6 +6,7 @@ All advance the same bodies by the same number of ticks a call, split over all d
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import statistics
 import time
 from collections.abc import Callable, Sequence
@@ -27,6 +28,7 @@ from jaxwalk.train.checkpoint import Checkpoint, Store
 from jaxwalk.trials import BINS, Profile, Runner
 
 BARE, TICK, MAP, LOOP = "mjx_step", "tick", "push_map", "training_loop"
+BY_XLA = "tick_by_xla"  # the tick without native code or kernels
 SAVING = "training_loop_saving"  # the loop, while a checkpoint of it is written
 MIN_ROUNDS = 3
 SETTLE_CALLS = 3  # of the tick, from the start to steady walking
@@ -129,6 +131,8 @@ def measure(
     keys = jax.random.split(jax.random.key(seed), config.train.walkers)
     fresh = sharded(partial(spawn, config, task), mesh)(split(keys, mesh))
     tick, tick_cost = build(TICK, sharded(partial(walk_ticks, task, count), mesh), fresh)
+    plain = Task.of(dataclasses.replace(config, kernels="off"))
+    by_xla, xla_cost = build(BY_XLA, sharded(partial(walk_ticks, plain, count), mesh), fresh)
     tell("walking")
     for _ in range(SETTLE_CALLS):
         fresh = tick(fresh)[0]
@@ -165,6 +169,9 @@ def measure(
     def run_tick() -> tuple[float, float]:
         return float(np.sum(jax.block_until_ready(tick(steppers))[1])), 0.0
 
+    def run_by_xla() -> tuple[float, float]:
+        return float(np.sum(jax.block_until_ready(by_xla(steppers))[1])), 0.0
+
     def run_map() -> tuple[float, float]:
         nonlocal trials
         before = float(np.sum(trials.touchdowns))
@@ -188,6 +195,7 @@ def measure(
 
     programs = {
         BARE: Program(run_bare, *bare_cost),
+        BY_XLA: Program(run_by_xla, *xla_cost),
         TICK: Program(run_tick, *tick_cost),
         MAP: Program(run_map, *map_cost),
         LOOP: Program(run_loop, *loop_cost),

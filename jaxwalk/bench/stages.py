@@ -13,18 +13,18 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 from jax.sharding import Mesh, PartitionSpec
-from jaxtyping import Array, Float, PRNGKeyArray
+from jaxtyping import Array, Float, Int, PRNGKeyArray
 
-from jaxwalk import controllers, footstep, physics, sensors, walker, windows
+from jaxwalk import controllers, footstep, physics, sensors, stepping, walker, windows
 from jaxwalk.bench.programs import bare_steps
-from jaxwalk.bench.rounds import BARE, LOOP, TICK
+from jaxwalk.bench.rounds import BARE, BY_XLA, LOOP, TICK
 from jaxwalk.config import Config
 from jaxwalk.devices import AXIS
-from jaxwalk.physics import Plant
+from jaxwalk.physics import Plant, Readings
 from jaxwalk.sensors import Estimate, SensorState
 from jaxwalk.stepper import Stepper, Task
 from jaxwalk.train import loop
-from jaxwalk.walker import Walker
+from jaxwalk.walker import Person, Walker
 
 PLANT, SENSORS, GAIT, PUSHES, WINDOWS, POLICY, REPLAY = (
     "plant",
@@ -37,12 +37,13 @@ PLANT, SENSORS, GAIT, PUSHES, WINDOWS, POLICY, REPLAY = (
 )
 STAGES = {
     BARE: "mjx.step on the whole of its data",
+    BY_XLA: "beside it: the whole tick (stepper.tick) as XLA compiles it",
     PLANT: "physics.step: what one tick hands to the next, servos that saturate",
     SENSORS: "the instruments and their filters",
     GAIT: "the gait's clock, touch-downs, controllers",
-    PUSHES: "pushes, and noise drawn ahead: the whole of walker.tick",
+    PUSHES: "pushes and noise: the whole of walker.tick",
     TICK: "footsteps that close with observation and reward, at the nominal step: stepper.tick",
-    WINDOWS: "block by block in windows; pushes drawn anew, the fallen replaced",
+    WINDOWS: "in windows; pushes drawn anew, the fallen replaced",
     POLICY: "the actor asked and perturbed, footsteps counted",
     REPLAY: "replay written, observations' statistics kept",
     LOOP: "updates: the training loop",
@@ -62,56 +63,100 @@ class Sensed(NamedTuple):
 
 def plant_steps(task: Task, body: Walker, commands: Float[Array, "T 6"]) -> Plant:
     """The ticks of `programs.bare_steps`, by the package's own step."""
-    setup = task.setup
-    model, where = walker.model(setup, body.person), physics.layout(setup.body)
-
-    def tick(plant: Plant, command: Float[Array, "6"]) -> tuple[Plant, None]:
-        return walker.move(setup, model, body.person, plant, where.control(command), _nothing())[0], None
-
-    return jax.lax.scan(tick, body.plant, commands)[0]
+    return _replayed(task, _plant_tick, body.plant, body.person, commands)
 
 
 def sensed_steps(task: Task, body: Walker, commands: Float[Array, "T 6"]) -> Sensed:
     """And the instruments read, without noise."""
-    setup = task.setup
-    model, where = walker.model(setup, body.person), physics.layout(setup.body)
-
-    def tick(state: Sensed, command: Float[Array, "6"]) -> tuple[Sensed, None]:
-        plant, readings = walker.move(
-            setup, model, body.person, state.plant, where.control(command), _nothing()
-        )
-        measured = sensors.measure(setup.sensors, setup.timestep, state.sensors, readings, jnp.zeros(18))
-        return Sensed(plant, *measured), None
-
-    return jax.lax.scan(tick, Sensed(body.plant, body.sensors, body.estimate), commands)[0]
+    return _replayed(
+        task, _sensed_tick, Sensed(body.plant, body.sensors, body.estimate), body.person, commands
+    )
 
 
 def controlled_ticks(task: Task, ticks: int, body: Walker) -> Walker:
     """The closed loop: gait and controllers command; nothing pushes, without noise."""
-    setup = task.setup
-    model, where = walker.model(setup, body.person), physics.layout(setup.body)
-
-    def tick(body: Walker, _: None) -> tuple[Walker, None]:
-        bones = walker.skeleton(setup, body.person)
-        command = controllers.command(body.person.gait, bones, body.gait, body.estimate)
-        moved = walker.move(setup, model, body.person, body.plant, where.control(command), _nothing())
-        return walker.moved(setup, body, *moved, jnp.zeros(18))[0], None
-
-    return jax.lax.scan(tick, body, length=ticks)[0]
+    return _windows(task, _controlled_tick, ticks // task.setup.window_ticks, body)
 
 
 def body_ticks(task: Task, count: int, body: Walker) -> Walker:
-    """``count`` windows of `walker.tick`, noise drawn ahead for each, as `windows.run_ticks` does."""
-    setup = task.setup
-    model = walker.model(setup, body.person)
+    """``count`` windows of `walker.tick`, noise and all."""
+    return _windows(task, _body_tick, count, body)
 
-    def tick(body: Walker, white: Float[Array, "18"]) -> tuple[Walker, None]:
-        return walker.tick(setup, model, body, white)[0], None
+
+def _plant_tick(task: Task, who: Person, plant: Plant, command: Float[Array, "6"]) -> Plant:
+    return _moved(task, who, plant, command)[0]
+
+
+def _sensed_tick(task: Task, who: Person, state: Sensed, command: Float[Array, "6"]) -> Sensed:
+    plant, readings = _moved(task, who, state.plant, command)
+    setup = task.setup
+    measured = sensors.measure(setup.sensors, setup.timestep, state.sensors, readings, jnp.zeros(18))
+    return Sensed(plant, *measured)
+
+
+def _moved(task: Task, who: Person, plant: Plant, command: Float[Array, "6"]) -> tuple[Plant, Readings]:
+    setup = task.setup
+    control = physics.layout(setup.body).control(command)
+    return walker.move(setup, walker.model(setup, who), who, plant, control, jnp.zeros((7, 2)))
+
+
+def _controlled_tick(task: Task, body: Walker) -> tuple[Walker, None]:
+    setup = task.setup
+    bones = walker.skeleton(setup, body.person)
+    command = controllers.command(body.person.gait, bones, body.gait, body.estimate)
+    moved = _moved(task, body.person, body.plant, command)
+    return walker.moved(setup, body, *moved, jnp.zeros(18))[0], None
+
+
+def _body_tick(task: Task, body: Walker) -> tuple[Walker, None]:
+    return walker.tick(task.setup, walker.model(task.setup, body.person), body)[0], None
+
+
+def _windows(task: Task, tick: Callable[..., Any], count: int, body: Walker) -> Walker:
+    """``count`` windows of ``tick``."""
+    ticks = task.setup.window_ticks
 
     def window(body: Walker, _: None) -> tuple[Walker, None]:
-        return jax.lax.scan(tick, body, walker.noise(body, setup.window_ticks))[0], None
+        def by_xla() -> tuple[Walker, None]:
+            return jax.lax.scan(lambda body, _: tick(task, body), body, length=ticks)
+
+        return stepping.scan(task.setup, tick, task, ticks, body, otherwise=by_xla)
 
     return jax.lax.scan(window, body, length=count)[0]
+
+
+def _replayed(
+    task: Task, tick: Callable[..., Any], state: Any, who: Person, commands: Float[Array, "T 6"]
+) -> Any:
+    """Ticks of one walker that follows ``commands``, window by window.
+
+    Args:
+      tick: of (task, who, state, command) to the new state.
+    """
+    ticks = task.setup.window_ticks
+
+    def window(state: Any, commands: Float[Array, "W 6"]) -> tuple[Any, None]:
+        def by_xla() -> tuple[Any, None]:
+            walked, _ = jax.lax.scan(lambda one, it: (tick(task, who, one, it), None), state, commands)
+            return (walked, jnp.int32(ticks)), None
+
+        told = stepping.scan(
+            task.setup, _follow, (tick, task), ticks, (state, jnp.int32(0)), who, commands, otherwise=by_xla
+        )
+        return told[0][0], None
+
+    return jax.lax.scan(window, state, commands.reshape(-1, ticks, 6))[0]
+
+
+def _follow(
+    setting: tuple[Callable[..., Any], Task],
+    state: tuple[Any, Int[Array, ""]],
+    who: Person,
+    commands: Float[Array, "W 6"],
+) -> tuple[Any, None]:
+    """One tick, by the next of the window's commands."""
+    (tick, task), (now, at) = setting, state
+    return (tick(task, who, now, jax.lax.dynamic_index_in_dim(commands, at, keepdims=False)), at + 1), None
 
 
 def nominal_windows(
@@ -160,8 +205,3 @@ def of_walker(name: str, config: Config, task: Task, count: int) -> tuple[Callab
 def of_training(name: str, config: Config, mesh: Mesh) -> Callable[..., Any]:
     """The training loop up to the stage ``name``."""
     return loop.make(config, mesh, remembers=name != POLICY, learns=name == LOOP)
-
-
-def _nothing() -> Float[Array, "7 2"]:
-    """No loads."""
-    return jnp.zeros((7, 2))

@@ -25,6 +25,8 @@ from jaxwalk.train.finals import Finals
 from jaxwalk.train.record import Past, Record
 from jaxwalk.train.stop import Stop
 
+DRAW_SECONDS = 30.0
+"""Least time between two drawings of training.png, each of which takes a second."""
 Watch = Callable[[int, Assessment], bool]
 """Sees (footsteps, what was found) after each evaluation; true ends the run as Ctrl-C would."""
 
@@ -64,7 +66,7 @@ class Training:
         if config.train.checkpoint_seconds > 0:
             self.store = self._open_store()
         self.watch: Watch = lambda *_: False
-        self.saved = float("-inf")  # when; by the clock that never jumps
+        self.saved = self.drawn = float("-inf")  # when; by the clock that never jumps
 
     def _open_store(self) -> Store:
         return Store(self.folder.resume, self.identity)
@@ -245,7 +247,8 @@ class Training:
             record.found[footsteps] = found
         record.last, record.evaluated = found, footsteps
         self.good = self._snapshot()
-        self._draw()
+        if time.perf_counter() > self.drawn + DRAW_SECONDS:
+            self._draw()
         self.progress.note(
             f"evaluation at {footsteps:,} footsteps: {found.survival:.0%} of the pushed and {found.calm:.0%} "
             f"of the others stay up, {found.speed:.2f} m/s, predicted return {found.predicted:.1f} came "
@@ -257,6 +260,7 @@ class Training:
     def _draw(self) -> None:
         if self.folder.writes:
             plots.training_png(self.rows, self.folder.picture)
+        self.drawn = time.perf_counter()
 
     def _settle(self) -> list[dict[str, Any]]:
         """Keep the winner of the finals; gives the finalists' marks, the winner's first."""
