@@ -74,18 +74,12 @@ class Pushes:
     impulse_delivered: list[float]
 
 
-def sized(args: EvaluateArgs) -> EvaluateArgs:
-    """``args`` with so many replicas that shares of them can be told apart, where that costs nothing."""
-    return stepping.sized(args, many=128, few=8)
-
-
 class Programs:
     """The compiled programs of evaluations of one size, so that policies of one kind share theirs."""
 
     def __init__(self, args: EvaluateArgs) -> None:
-        args = sized(args)
         self._engine = args.engine
-        self._batch = min(BATCH, max(args.walkers, len(args.impulses) * args.phases * args.replicas))
+        self._batch = min(BATCH, max(args.walkers, len(args.impulses) * args.phases * (args.replicas or 1)))
         self._runners: dict[tuple[Act, Task], Runner] = {}
 
     def of(self, subject: Subject) -> Runner:
@@ -116,7 +110,7 @@ def evaluate(
       programs: made for the same ``args``; default: one of its own.
       burden: what all walkers bear without being told.
     """
-    args = sized(args)
+    args = stepping.sized(args, subject.config, many=128, few=8)
     runner = (programs or Programs(args)).of(subject)
 
     def follow(what: str, batch: Scenario, profile: Profile, seconds: float) -> Trial:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import os
 import sys
 from collections.abc import Callable, Hashable
 from typing import Any, TypeVar
@@ -13,18 +12,14 @@ import jax
 
 from jaxwalk import devices
 from jaxwalk.config import Config, Engine
-from jaxwalk.errors import UserError
 from jaxwalk.kernels import native, walk
 from jaxwalk.kernels.compiler import BuildError
 from jaxwalk.kernels.graph import Unsupported
-from jaxwalk.newton import WRITTEN_OUT
-from jaxwalk.walker import Setup, on_gpu
+from jaxwalk.walker import Setup, on_gpu, unrolls
 
 T = TypeVar("T")
 BLOCK = 128
 """Walkers that native code moves between two questions to the policy: fewer are too few for XLA."""
-VARIABLE = "JAXWALK_KERNELS"
-"""Environment variable that has the last word over ``--kernels``."""
 
 
 def scan(
@@ -47,6 +42,8 @@ def scan(
             return walk.scan(function, setting, length, state, *constants)
         except (BuildError, Unsupported) as why:
             say(f"no native code, XLA steps instead, much slower: {why}")
+            if isinstance(why, BuildError):
+                _failed.append(str(why))
     return otherwise()
 
 
@@ -66,36 +63,24 @@ def each(setup: Setup, function: Callable[..., Any], *walkers: Any) -> Any:
 
 def native_here(setup: Setup) -> bool:
     """Whether walkers of ``setup`` are stepped by native code, as far as is known before it is made."""
-    return (
-        chosen(setup.kernels) == "auto"
-        and setup.engine == "mjx"
-        and setup.physics.solver == "own"
-        and setup.physics.iterations <= WRITTEN_OUT
-        and jax.default_backend() == "cpu"
-        and _problem() is None
-    )
+    return unrolls(setup) and jax.default_backend() == "cpu" and problem() is None
 
 
-def chosen(configured: str) -> str:
-    """``auto`` or ``off``: what the environment says, else what is configured.
-
-    Raises:
-      UserError: the environment says anything else.
-    """
-    told = os.environ.get(VARIABLE) or configured
-    if told not in ("auto", "off"):
-        raise UserError(f"{VARIABLE}={told!r:.40}: give auto or off")
-    return told
+def problem() -> str | None:
+    """Why this machine has no native code; None: it has, so far."""
+    return _failed[0] if _failed else _probed()
 
 
 @functools.cache
-def _problem() -> str | None:
-    """Why this machine has no native code; None: it has."""
+def _probed() -> str | None:
     try:
         native.width()
     except BuildError as why:
         return str(why)
     return None
+
+
+_failed: list[str] = []  # what kept the first library from being made that was needed
 
 
 def stepper_of(config: Config, engine: Engine = "mjx") -> str:
@@ -109,8 +94,8 @@ def stepper_of(config: Config, engine: Engine = "mjx") -> str:
         return "kernels of the GPU"
     if config.physics.solver == "mjx":
         return "mjx.step"
-    if jax.default_backend() == "cpu" and chosen(config.kernels) == "auto" and (why := _problem()):
-        return f"XLA ({why})"
+    if jax.default_backend() == "cpu" and unrolls(setup):
+        return f"XLA ({problem()})"
     return "XLA"
 
 
@@ -119,9 +104,9 @@ def begin(config: Config, engine: Engine = "mjx") -> None:
     print(f"stepped by {stepper_of(config, engine)}", flush=True)
 
 
-def sized(args: T, many: int, few: int) -> T:
+def sized(args: T, config: Config, many: int, few: int) -> T:
     """A command's options with as many ``replicas`` as are asked for; else ``many`` where native code steps
-    the walkers, ``few`` elsewhere.
+    the walkers of ``config``, ``few`` elsewhere.
 
     Args:
       args: a dataclass with ``replicas`` and ``engine``.
@@ -129,7 +114,8 @@ def sized(args: T, many: int, few: int) -> T:
     told: Any = args
     if told.replicas is not None:
         return args
-    return dataclasses.replace(told, replicas=many if native_here(Setup.of(Config(), told.engine)) else few)
+    here = native_here(Setup.of(config, told.engine))
+    return dataclasses.replace(told, replicas=many if here else few)
 
 
 @functools.cache

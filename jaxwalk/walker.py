@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,10 +27,14 @@ from jaxwalk import (
 from jaxwalk import body as body_lib
 from jaxwalk.burdens import Burden
 from jaxwalk.config import BodyConfig, Config, Engine, GaitConfig, Kernels, PhysicsConfig, SensorConfig
+from jaxwalk.errors import UserError
 from jaxwalk.gait import GaitState
 from jaxwalk.kernels import fused as kernels
 from jaxwalk.newton import WRITTEN_OUT
 from jaxwalk.similarity import Similarity
+
+VARIABLE = "JAXWALK_KERNELS"
+"""Environment variable: ``off`` switches kernels off, whatever is configured."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +50,16 @@ class Setup:
 
     @classmethod
     def of(cls, config: Config, engine: Engine = "mjx") -> Setup:
-        train = config.train
-        return cls(config.body, config.physics, config.sensors, train.window_ticks, engine, config.kernels)
+        """Of a configuration, in which the environment can switch kernels off.
+
+        Raises:
+          UserError: the environment says neither auto nor off.
+        """
+        told = os.environ.get(VARIABLE) or "auto"
+        if told not in ("auto", "off"):
+            raise UserError(f"{VARIABLE}={told!r:.40}: give auto or off")
+        ticks, kernels = config.train.window_ticks, config.kernels if told == "auto" else "off"
+        return cls(config.body, config.physics, config.sensors, ticks, engine, kernels)
 
     @property
     def timestep(self) -> float:
@@ -216,7 +229,7 @@ def start(
 
 
 def _total(tree: Any) -> Float[Array, ""]:
-    """The sum of all its numbers, which is finite if each of them is, and only then."""
+    """The sum of all its numbers: not finite if one of them is not, for none is near the largest float."""
     parts = [x for x in jax.tree.leaves(tree) if jnp.issubdtype(x.dtype, jnp.floating)]
     return jnp.sum(jnp.concatenate([jnp.ravel(x) for x in parts]))
 
@@ -261,9 +274,13 @@ def on_gpu(setup: Setup) -> bool:
     Between walls a body has twice the joints and four times the contacts, which would be too many; more of
     the solver's iterations are a loop, which cannot be unrolled. Of GPUs only NVIDIA's have been tried.
     """
-    physics = setup.physics
-    unrolls = setup.body.model == "planar" and physics.iterations <= WRITTEN_OUT and physics.solver == "own"
-    return jax.default_backend() == "gpu" and setup.kernels == "auto" and unrolls
+    return jax.default_backend() == "gpu" and setup.body.model == "planar" and unrolls(setup)
+
+
+def unrolls(setup: Setup) -> bool:
+    """Whether kernels may be made of the tick, and can."""
+    own = setup.physics.solver == "own" and setup.physics.iterations <= WRITTEN_OUT
+    return own and setup.kernels == "auto" and setup.engine == "mjx"
 
 
 def move(

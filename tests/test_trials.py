@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import devices, footstep, pushes, walker
+from jaxwalk import devices, footstep, pushes, stepping, walker
 from jaxwalk.config import Config
 from jaxwalk.stepper import Task
 from jaxwalk.trials import BINS, PUSH_STEP, Profile, Runner, Scenario, begin
@@ -73,7 +73,8 @@ def run(runner, profile):
 def small_blocks():
     """So that few trials make several blocks."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(devices, "BLOCK", 2)
+        for one in (devices, stepping):
+            patch.setattr(one, "BLOCK", 2)
         yield
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -116,8 +117,11 @@ def run(argv: Sequence[str]) -> None:
             stack.enter_context(distributed.joined(args.place, f"go on with {_resumed(args)}"))
         import jax
 
-        from jaxwalk import together, train
+        from jaxwalk import stepping, together, train
+        from jaxwalk.walker import VARIABLE
 
+        if args.distributed and together.any_of(stepping.problem() is not None)[0]:
+            os.environ[VARIABLE] = "off"  # where one process has no native code, none uses it
         if args.resume is None and together.first():
             named = any(word.partition("=")[0] == "--preset" for word in argv)
             chosen = "" if named else f", for {jax.default_backend()}"

@@ -36,7 +36,6 @@ def compare(args: CompareArgs, progress: Progress) -> dict[str, Any]:
     Raises:
       UserError: a policy that cannot be loaded, or that walks in another world than the first.
     """
-    args = stepping.sized(args, many=128, few=4)
     entries = entry.parse(args.policies)
     loaded = cast.load(
         entries,
@@ -47,7 +46,9 @@ def compare(args: CompareArgs, progress: Progress) -> dict[str, Any]:
         model=args.model,
     )
     files.make_folder("--out", args.out)
-    stepping.begin(loaded[0][0].subject.config, args.engine)
+    config = loaded[0][0].subject.config
+    args = stepping.sized(args, config, many=128, few=4)
+    stepping.begin(config, args.engine)
     same = {field.name for field in dataclasses.fields(EvaluateArgs)} - {"policy", "json"}
     options = EvaluateArgs(policy="", **{name: getattr(args, name) for name in same})
     programs = evaluate.Programs(options)

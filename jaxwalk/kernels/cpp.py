@@ -7,17 +7,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jaxwalk.kernels.graph import Entry, Node, known
+from jaxwalk.kernels.graph import Entry, Node, Unsupported, known
 
 _INFIX = {"add": "+", "sub": "-", "mul": "*"}
 _BITS = {"and": "&", "or": "|", "xor": "^"}
-_LOGIC = {"and": "both", "or": "either", "xor": "unlike", "not": "opposite"}
+_LOGIC = {"and": "both", "or": "either", "xor": "unlike", "not": "opposite", "min": "both", "max": "either"}
+_ORDER = ("lt", "le", "gt", "ge")
 _CALLS = {
     "div": "quotient", "rem": "remainder", "min": "least", "max": "greatest", "neg": "negative",
     "abs": "magnitude", "sign": "sign", "sqrt": "root", "sin": "sine", "cos": "cosine", "exp": "exponential",
     "log1p": "log_of_one_more", "asin": "arcsine", "atan2": "arctangent", "pow": "power", "floor": "floored",
     "round": "rounded", "is_finite": "finite",
-    **{name: name for name in ("lt", "le", "gt", "ge", "eq", "ne")},
+    **{name: name for name in (*_ORDER, "eq", "ne")},
 }  # fmt: skip
 OPERATIONS = frozenset({*_INFIX, *_BITS, *_LOGIC, *_CALLS, "shift_left", "shift_right_logical"})
 """All of `graph.OPERATIONS`."""
@@ -31,8 +32,15 @@ class Slot(NamedTuple):
 
 
 def letter(dtype: np.dtype) -> str:
-    """The type in `lanes.h`."""
-    return {"f": "F", "i": "I", "u": "U", "b": "B"}[np.dtype(dtype).kind]
+    """The type in `lanes.h`.
+
+    Raises:
+      Unsupported: there is none.
+    """
+    dtype = np.dtype(dtype)
+    if dtype != np.bool_ and (dtype.itemsize != 4 or dtype.kind not in "fiu"):
+        raise Unsupported(f"numbers of type {dtype}")
+    return {"f": "F", "i": "I", "u": "U", "b": "B"}[dtype.kind]
 
 
 def literal(entry: Entry) -> str:
@@ -58,23 +66,17 @@ def vector(entry: Entry) -> str:
 
 def loaded(slot: Slot, dtype: np.dtype) -> str:
     """What lies in ``slot``, as its own type."""
-    place = f"{slot.array}[{slot.row}]"
-    kind = np.dtype(dtype).kind
-    return {
-        "f": place,
-        "i": f"bits<I>({place})",
-        "u": f"bits<U>({place})",
-        "b": f"ne(bits<I>({place}), i(0))",
-    }[kind]
+    place, kind = f"{slot.array}[{slot.row}]", letter(dtype)
+    if kind == "F":
+        return place
+    return f"ne(bits<I>({place}), i(0))" if kind == "B" else f"bits<{kind}>({place})"
 
 
 def stored(slot: Slot, value: str, dtype: np.dtype) -> str:
     """The statement that puts ``value`` into ``slot``."""
-    kind = np.dtype(dtype).kind
-    put = {"f": value, "i": f"bits<F>({value})", "u": f"bits<F>({value})", "b": f"bits<F>(integer({value}))"}[
-        kind
-    ]
-    return f"{slot.array}[{slot.row}] = {put};"
+    kind = letter(dtype)
+    whole = f"integer({value})" if kind == "B" else value
+    return f"{slot.array}[{slot.row}] = {whole if kind == 'F' else f'bits<F>({whole})'};"
 
 
 def function(
@@ -113,6 +115,8 @@ def function(
 def expression(node: Node, reference: Callable[[Entry], str]) -> str:
     """``node`` in terms of its arguments."""
     op, args, kind = node.op, node.args, np.dtype(node.dtype).kind
+    if (op in _ORDER and args[0].dtype == np.bool_) or (op == "pow" and args[1].dtype.kind != "f"):
+        raise Unsupported(f"{op} of {args[-1].dtype}")
     told = [reference(x) for x in args]
     if op == "convert":
         return _converted(told[0], args[0].dtype, node.dtype)

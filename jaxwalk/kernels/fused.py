@@ -12,7 +12,7 @@ import jax.numpy as jnp
 
 from jaxwalk.kernels import pallas
 from jaxwalk.kernels.entries import Entries, inputs
-from jaxwalk.kernels.graph import Graph, Unsupported, is_key
+from jaxwalk.kernels.graph import Graph, Unsupported, is_key, reach
 from jaxwalk.kernels.unroll import unrolled
 
 
@@ -76,6 +76,8 @@ class Program:
         self.shapes = [x.shape for x in results]
         self.read = [i for i, (_, dtype) in enumerate(leaves) if not is_key(dtype)]
         new = [i for i, same in enumerate(self.same) if same is None]
+        if any(node.op in ("key", "word") for node in reach([x for i in new for x in results[i].flat])):
+            raise Unsupported("random keys that are used, not handed on")
         if any(not results[i].size or is_key(results[i].flat[0].dtype) for i in new):
             raise Unsupported("a result that is empty, or a key that is not handed on as it was")
         self.run = pallas.kernels(

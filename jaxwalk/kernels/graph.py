@@ -64,15 +64,13 @@ computed. ``round``: halves to even. Shifts are of unsigned numbers, by a consta
 class Graph:
     """Makes nodes; the same operation on the same arguments is one node.
 
-    Args:
-      finite: numbers are taken to be finite, so that 0 x, x - x and 0 / x are 0, where JAX may have NaN, and
-        structural zeros vanish. A state that is not finite shows in its other numbers.
+    Numbers are taken to be finite: 0 x, x - x and 0 / x are 0, where JAX may have NaN, so that structural
+    zeros vanish.
     """
 
-    def __init__(self, finite: bool = True) -> None:
+    def __init__(self) -> None:
         self.nodes: list[Node] = []
         self._made: dict[Any, Node] = {}
-        self._finite = finite
 
     def input(self, dtype: Any) -> Node:
         """One more number from outside."""
@@ -154,7 +152,7 @@ class Graph:
         if op == "div":
             if _is(b, 1):
                 return a
-            return dtype.type(0) if _is(a, 0) and self._vanishes(dtype) else None
+            return dtype.type(0) if _is(a, 0) else None
         if op == "pow":
             return self._power(a, b, dtype)
         if op in ("min", "max", "and", "or") and a is b:
@@ -165,22 +163,15 @@ class Graph:
             return dtype.type(0)
         return None
 
-    def _vanishes(self, dtype: Any) -> bool:
-        """Whether nought times a number, or a number less itself, is nought."""
-        return self._finite or dtype.kind != "f"
-
     def _sum(self, a: Entry, b: Entry) -> Entry | None:
-        # -0 + 0 is 0, which is told from -0 by nothing but a division.
-        if not self._vanishes(a.dtype):
-            return b if _is_minus_nought(a) else a if _is_minus_nought(b) else None
         return b if _is(a, 0) else a if _is(b, 0) else None
 
     def _difference(self, a: Entry, b: Entry, dtype: Any) -> Entry | None:
-        if a is b and self._vanishes(dtype):
+        if a is b:
             return dtype.type(0)
-        if known(b) and b == 0 and not np.signbit(b):
+        if _is(b, 0):
             return a
-        return self.apply("neg", (b,), dtype) if _is(a, 0) and self._vanishes(dtype) else None
+        return self.apply("neg", (b,), dtype) if _is(a, 0) else None
 
     def _power(self, a: Entry, b: Entry, dtype: Any) -> Entry | None:
         if _is(b, 1):
@@ -188,7 +179,7 @@ class Graph:
         return self.apply("mul", (a, a), dtype) if _is(b, 2) else None
 
     def _product(self, a: Entry, b: Entry, dtype: Any) -> Entry | None:
-        if (_is(a, 0) or _is(b, 0)) and self._vanishes(dtype):
+        if _is(a, 0) or _is(b, 0):
             return dtype.type(0)
         if _is(a, 1) or _is(b, 1):
             return b if _is(a, 1) else a
@@ -212,10 +203,6 @@ def reach(results: list[Entry]) -> list[Node]:
 
 def _is(entry: Entry, value: int) -> bool:
     return known(entry) and bool(entry == value)
-
-
-def _is_minus_nought(entry: Entry) -> bool:
-    return known(entry) and bool(entry == 0) and bool(np.signbit(entry))
 
 
 def is_key(dtype: Any) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import functools
 import hashlib
 from collections.abc import Sequence
@@ -80,7 +79,7 @@ def sources(plan: Plan) -> tuple[str, ...]:
         f"return run<{len(fixed)}, {len(moving)}, {len(told)}>(frame, tick, GIVEN, {len(plan.given)}, "
         f"KEPT, MOVED, {len(changed)}, TOLD, {len(plan.rows)});"
     )
-    head = [_LANES, *map(_header, ("lanes.h", "maths.h"))]
+    head = [*map(_header, ("lanes.h", "maths.h"))]
     main = [
         *head,
         _header("call.h"),
@@ -123,19 +122,6 @@ def _pieces(results: list[tuple[Slot, Entry]], lie: dict[int, Slot], opening: st
     return texts, "\n".join(tick)
 
 
-_LANES = """#ifndef W
-#if defined(__AVX512F__)
-#define W 16
-#elif defined(__AVX2__)
-#define W 8
-#elif defined(__aarch64__) || defined(__SSE2__)
-#define W 4
-#else
-#define W 1
-#endif
-#endif"""
-
-
 _EXPORT = 'extern "C" __attribute__((visibility("default"))) '
 
 
@@ -148,7 +134,7 @@ def _table(name: str, arrays: Sequence[Sequence[Entry]], places: Sequence[Sequen
     """``arrays`` as `call.h` wants to be told of them."""
     lines = [f"static const int {name}_{i}[] = {{{', '.join(map(str, x))}}};" for i, x in enumerate(places)]
     told = [
-        f"{{{'FLAG' if x[0].dtype.kind == 'b' else 'NUMBER'}, {len(x)}, {name}_{i}}}"
+        f"{{{'FLAG' if cpp.letter(x[0].dtype) == 'B' else 'NUMBER'}, {len(x)}, {name}_{i}}}"
         for i, x in enumerate(arrays)
     ]
     lines.append(f"static const Array {name}[] = {{{', '.join(told) or '{NUMBER, 0, nullptr}'}}};")
@@ -162,25 +148,31 @@ def width() -> int:
     Raises:
       compiler.BuildError: there can be no native code.
     """
-    return compiler.library((_LANES + f"\n{_EXPORT}int width() {{ return W; }}\n",)).width()
+    headers = map(_header, ("lanes.h", "maths.h", "call.h"))
+    return compiler.library(("\n".join([*headers, f"{_EXPORT}int width() {{ return W; }}\n"]),), "width")()
 
 
-@functools.cache
 def target(texts: tuple[str, ...]) -> str:
     """The name under which XLA can call what `sources` compile to.
 
     Raises:
-      compiler.BuildError: it does not, here.
+      compiler.BuildError: it does not, here; it is not tried again.
     """
-    whole = "".join((*texts, *compiler.FLAGS))
-    name = f"walk_{hashlib.sha256(whole.encode()).hexdigest()[:24]}"
-    found = compiler.library(texts)
-    _loaded.append(found)
-    jax.ffi.register_ffi_target(name, jax.ffi.pycapsule(found.walk), platform="cpu")
+    found = _target(texts, compiler.FLAGS)
+    if isinstance(found, compiler.BuildError):
+        raise found
+    return found
+
+
+@functools.cache
+def _target(texts: tuple[str, ...], flags: tuple[str, ...]) -> str | compiler.BuildError:
+    name = f"walk_{hashlib.sha256(''.join((*texts, *flags)).encode()).hexdigest()[:24]}"
+    try:
+        found = compiler.library(texts, "walk")
+    except compiler.BuildError as error:
+        return error
+    jax.ffi.register_ffi_target(name, jax.ffi.pycapsule(found), platform="cpu")
     return name
-
-
-_loaded: list[ctypes.CDLL] = []  # never given up: XLA keeps the addresses
 
 
 def call(

@@ -18,7 +18,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
-from jaxwalk.kernels import compiler, native
+from jaxwalk.kernels import native, store
 from jaxwalk.kernels.entries import Entries, inputs
 from jaxwalk.kernels.graph import ARITHMETIC, Entry, Graph, Unsupported, is_key, reach
 from jaxwalk.kernels.unroll import unrolled
@@ -40,7 +40,7 @@ def scan(
     """
     leaves, tree = jax.tree.flatten(jax.tree.map(jnp.asarray, (state, constants)))
     like = tuple((x.shape, x.dtype) for x in leaves)
-    program = program_of(function, setting, tree, like, bool(jax.config.jax_enable_x64))
+    program = program_of(function, setting, tree, like)
     given = [_plain(x) for x in leaves]
     results = [given[i] for i in program.changed]
     rows = [jax.ShapeDtypeStruct((length, *x.shape), x.dtype) for x in program.row]
@@ -121,41 +121,70 @@ def _words(graph: Graph, x: Entries) -> list[Entry]:
     return [w for one in entries for w in graph.words(one)] if is_key(x.flat[0].dtype) else entries
 
 
-@lru_cache(maxsize=32)
-def program_of(
-    function: Callable[..., Any], setting: Hashable, tree: Any, like: tuple[Any, ...], x64: bool
-) -> Program:
+def program_of(function: Callable[..., Any], setting: Hashable, tree: Any, like: tuple[Any, ...]) -> Program:
     """What ``function`` compiles to, made once.
 
-    To trace and to unroll it takes seconds, so that its C++ is kept from run to run, unless it writes rows.
+    Args:
+      tree, like: of its arguments, the form, and shape and type of each.
     """
-    told = f"{function.__module__}.{function.__qualname__} {setting!r} {tree} {like} {x64}"
-    if " at 0x" in told or "<locals>" in told:  # what is different in every process
+    config = jax.config
+    return _program_of(
+        function, setting, tree, like, config.jax_enable_x64, config.jax_threefry_partitionable
+    )
+
+
+@lru_cache(maxsize=32)
+def _program_of(
+    function: Callable[..., Any], setting: Hashable, tree: Any, like: tuple[Any, ...], *settings: bool
+) -> Program:
+    """To trace and to unroll takes seconds: a function's C++ is kept from run to run, if its name tells what
+    it is and it writes no rows."""
+    told = f"{function.__module__} {function.__qualname__} {setting!r} {tree} {like} {settings}"
+    origins = _origins(function)
+    if origins is None or " at 0x" in told:  # what is different in every process
         return _unrolled(function, setting, tree, like)
-    name = hashlib.sha256(
-        "\0".join([told, _origins(function.__module__.partition(".")[0])]).encode()
-    ).hexdigest()
-    if (found := compiler.recall(name)) is not None:
-        state, changed, flops, texts = json.loads(found)
-        return Program(state, tuple(changed), (), jax.tree.structure(None), flops, tuple(texts))
+    name = f"{hashlib.sha256(f'{told} {origins}'.encode()).hexdigest()}.json"
+    if (found := store.recall(name)) is not None:
+        with contextlib.suppress(ValueError, TypeError):  # of another form
+            state, changed, flops, texts = json.loads(found)
+            return Program(state, tuple(changed), (), jax.tree.structure(None), flops, tuple(texts))
     made = _unrolled(function, setting, tree, like)
-    if not made.row:
-        compiler.keep(name, json.dumps([made.state, made.changed, made.flops, made.texts]))
+    if made.row_tree == jax.tree.structure(None):
+        content = json.dumps([made.state, made.changed, made.flops, made.texts]).encode()
+        with contextlib.suppress(OSError):
+            store.kept(name, lambda: content, lambda file: file)
     return made
 
 
+def _origins(function: Callable[..., Any]) -> str | None:
+    """What decides what ``function`` does: the files of its package and of this one, and the versions of what
+    its package requires; None if its name does not tell that."""
+    package = function.__module__.partition(".")[0]
+    module, home = sys.modules.get(function.__module__), sys.modules.get(package)
+    if getattr(module, function.__qualname__, None) is not function or not getattr(home, "__path__", None):
+        return None
+    if getattr(home, "__file__", None) is None:
+        return None
+    return " ".join(
+        _digest(Path(str(sys.modules[name].__file__)).parent) for name in (package, __package__)
+    ) + _versions(package)
+
+
 @cache
-def _origins(package: str) -> str:
-    """What decides what a function of ``package`` does: its files, and the versions of what it requires."""
+def _digest(folder: Path) -> str:
     digest = hashlib.sha256()
-    folder = Path(str(sys.modules[package].__file__)).parent
     for file in sorted(folder.rglob("*")):
         if file.suffix in (".py", ".h"):
             digest.update(f"{file.relative_to(folder)}\0".encode() + file.read_bytes())
-    versions = [jax.__version__]
+    return digest.hexdigest()
+
+
+@cache
+def _versions(package: str) -> str:
+    versions = [f"jax {jax.__version__}"]
     with contextlib.suppress(metadata.PackageNotFoundError):
         for line in metadata.requires(package) or ():
             name = re.split(r"[^\w.-]", line)[0]
             with contextlib.suppress(metadata.PackageNotFoundError):
                 versions.append(f"{name} {metadata.version(name)}")
-    return " ".join([digest.hexdigest(), *versions])
+    return " ".join(versions)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 def push_map(subject: Subject, args: PushMapArgs, progress: Progress) -> dict[str, Any]:
     """Try the whole grid and write ``map.npz``, ``map.json`` and ``map.png``; gives the JSON."""
-    args = stepping.sized(args, many=64, few=8)
+    args = stepping.sized(args, subject.config, many=64, few=8)
     phases = tuple(i / args.phases for i in range(args.phases))
     grid = Grid(args.impulses, phases, args.points, args.durations, args.replicas or 0, args.seed)
     identity = {"policy": subject.digest, "config": to_dict(subject.config), "engine": args.engine}

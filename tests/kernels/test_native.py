@@ -29,6 +29,9 @@ EXACT = {
     "unsigned": lambda x, _: x.astype(jnp.uint32), "truth": lambda x, _: x.astype(bool),
     "of_truth": lambda x, y: (x < y).astype(jnp.float32) + (x > y).astype(jnp.int32),
     "clipped": lambda x, _: jnp.clip(x, -1.5, 2.0), "least": lambda x, _: jnp.minimum(x, 1.0),
+    "zeros": lambda x, y: jnp.where(x > y, -0.0, x),
+    "angle": lambda x, _: jnp.arctan2(x, jnp.where(x > 9, x, -0.0)),
+    "b_max": lambda x, y: jnp.maximum(x < y, x < 1), "b_min": lambda x, y: jnp.minimum(x < y, x < 1),
     "logic": lambda x, y: ((x < y) & ~(y < 0)) | ((x > 1) ^ (y > 1)) | ((x < 2) == (y < 2)),
 }  # fmt: skip
 NEAR = {
@@ -48,6 +51,8 @@ WHOLE = {
     "u_div": lambda a, b: lax.div(a.astype(jnp.uint32), b.astype(jnp.uint32)),
     "u_rem": lambda a, b: lax.rem(a.astype(jnp.uint32), b.astype(jnp.uint32)),
     "u_lt": lambda a, b: a.astype(jnp.uint32) < b.astype(jnp.uint32),
+    "i_next": lambda a, _: a + 1 > a,
+    "u_neg": lambda a, _: -a.astype(jnp.uint32), "u_sign": lambda a, _: jnp.sign(a.astype(jnp.uint32)),
     "u_bits": lambda a, _: lax.bitcast_convert_type(lax.bitcast_convert_type(a, jnp.float32), jnp.uint32),
 }  # fmt: skip
 
@@ -70,9 +75,7 @@ def lanes(request, monkeypatch):
         if request.param == 8 and native.width() < 8:
             pytest.skip("this processor has no AVX2")
         monkeypatch.setattr(compiler, "FLAGS", (*compiler.FLAGS, f"-DW={request.param}"))
-        native.target.cache_clear()
         yield request.param
-        native.target.cache_clear()
     else:
         yield native.width()
 
@@ -81,6 +84,8 @@ def compared(x, y, a, b):
     found, expected = by_native(x, y, a, b), jax.jit(everything)(None, 0.0, x, y, a, b)[1]
     for name in EXACT | WHOLE:
         np.testing.assert_array_equal(found[name], expected[name], err_msg=name)
+        if name == "zeros":
+            np.testing.assert_array_equal(np.signbit(found[name]), np.signbit(expected[name]))
     for name in NEAR:
         np.testing.assert_allclose(found[name], expected[name], rtol=3e-6, atol=3e-7, err_msg=name)
 
@@ -166,6 +171,38 @@ def test_another_generator_than_threefry_is_refused_by_name():
     key = jax.random.key(0, impl="rbg")
     with pytest.raises(Unsupported, match="rbg"):
         walk.scan(bits, None, 1, key)
+
+
+@pytest.mark.parametrize("dtype", [jnp.float16, jnp.int8, jnp.bfloat16])
+def test_numbers_of_other_sizes_are_refused_by_name(dtype):
+    with pytest.raises(Unsupported, match=np.dtype(dtype).name):
+        walk.scan(doubled, None, 1, jnp.ones(3, dtype))
+
+
+def test_a_function_is_known_by_more_than_its_name():
+    """Two of one name: neither is taken for the other."""
+    twice, thrice = (lambda _, x: (2 * x, None)), (lambda _, x: (3 * x, None))
+    assert twice.__qualname__ == thrice.__qualname__
+    assert [float(walk.scan(one, None, 1, jnp.ones(()))[0]) for one in (twice, thrice)] == [2, 3]
+
+
+def test_what_was_kept_is_what_was_made(monkeypatch, tmp_path):
+    """The second time, of a function of an installed package, nothing is unrolled."""
+    before = jax.config.jax_compilation_cache_dir
+    jax.config.update("jax_compilation_cache_dir", str(tmp_path))
+    try:
+        x = jnp.arange(3.0)
+        walk._program_of.cache_clear()
+        monkeypatch.setattr(walk, "_origins", lambda _: "as of an installed package")
+        first = walk.scan(doubled, None, 2, x)
+        walk._program_of.cache_clear()
+        monkeypatch.setattr(walk, "_unrolled", None)
+        second = walk.scan(doubled, None, 2, x)
+    finally:
+        jax.config.update("jax_compilation_cache_dir", before)
+        walk._program_of.cache_clear()
+    np.testing.assert_array_equal(first[0], second[0])
+    assert first[1] is None and second[1] is None
 
 
 def test_a_state_that_changes_its_form_is_refused():

@@ -113,9 +113,9 @@ def test_one_device_or_two_make_the_same_map(whole, tmp_path):
     other = 1 if jax.device_count() > 1 else 2
     program = f"""
 import sys
-from jaxwalk import cli, devices, evaluate
+from jaxwalk import cli, devices, evaluate, stepping
 from jaxwalk.pushmap import run
-devices.BLOCK = {devices.BLOCK}
+devices.BLOCK = stepping.BLOCK = {stepping.BLOCK}
 run.CALM, run.CALM_SECONDS, evaluate.AFTER_PUSH = {run.CALM}, {run.CALM_SECONDS}, {evaluate.AFTER_PUSH}
 sys.exit(cli.main(["push-map", "fixed", "--out", {str(tmp_path)!r}, *{OPTIONS!r}, "--chunk", "12"]))
 """

@@ -33,14 +33,17 @@ CLOCKED = {"seconds", "train/footsteps_per_second"}
 
 def shorten(patch: Callable[[Any, str, Any], None]) -> None:
     """Few and short trials in evaluations; programs that are compiled once for all runs of the process."""
-    from jaxwalk import devices
+    from jaxwalk import devices, stepping
     from jaxwalk.train import assess, finals, loop, training
 
     patch(assess, "SECONDS", 1.0)
     patch(assess, "PHASES", 1)
     patch(assess, "CALM", 2)
+    patch(assess, "PUSHED", 1)
+    patch(assess, "MORE_CALM", 2)
     patch(finals, "REPLICAS", 1)
-    patch(devices, "BLOCK", 4)  # or every batch is filled up to a whole block for each device
+    for one in (devices, stepping):
+        patch(one, "BLOCK", 4)  # or every batch is filled up to a whole block for each device
     patch(loop, "make", functools.cache(loop.make))
     patch(training, "Assessor", functools.cache(assess.Assessor))
     patch(finals, "Exam", functools.cache(assess.Exam))

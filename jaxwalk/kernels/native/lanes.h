@@ -3,6 +3,17 @@
 // W is 16 (AVX-512), 8 (AVX2), 4 (NEON, SSE) or 1 (anything else). F, I and U are W numbers, B is W truth
 // values. What JAX defines at the edges (not-a-number in min and max, floats beyond the integers' range) holds.
 #pragma once
+#ifndef W
+#if defined(__AVX512F__)
+#define W 16
+#elif defined(__AVX2__)
+#define W 8
+#elif defined(__aarch64__) || defined(__SSE2__)
+#define W 4
+#else
+#define W 1
+#endif
+#endif
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -19,7 +30,7 @@ typedef int32_t I __attribute__((vector_size(4 * W), may_alias));
 typedef uint32_t U __attribute__((vector_size(4 * W), may_alias));
 #endif
 
-ALWAYS F f(float x) { return F{} + x; }
+ALWAYS F f(float x) { return x - F{}; }  // -0 stays what it is
 ALWAYS I i(int32_t x) { return I{} + x; }
 ALWAYS U u(uint32_t x) { return U{} + x; }
 
@@ -140,12 +151,15 @@ ALWAYS U least(U a, U b) { return select(lt(b, a), a, b); }
 ALWAYS U greatest(U a, U b) { return select(gt(b, a), a, b); }
 
 ALWAYS F magnitude(F x) { return bits<F>(bits<U>(x) & u(0x7fffffff)); }
+ALWAYS U magnitude(U x) { return x; }
 ALWAYS I magnitude(I x) { return select(lt(x, i(0)), x, -x); }
 ALWAYS F negative(F x) { return bits<F>(bits<U>(x) ^ u(0x80000000)); }
 ALWAYS I negative(I x) { return -x; }
+ALWAYS U negative(U x) { return -x; }
 ALWAYS F with_sign(F size, F sign) { return bits<F>(bits<U>(size) | (bits<U>(sign) & u(0x80000000))); }
 ALWAYS B finite(F x) { return lt(magnitude(x), f(INFINITY)); }
 ALWAYS F sign(F x) { return select(gt(magnitude(x), f(0)), x, with_sign(f(1), x)); }
+ALWAYS U sign(U x) { return select(eq(x, u(0)), u(1), u(0)); }
 ALWAYS I sign(I x) { return select(gt(x, i(0)), select(lt(x, i(0)), i(0), i(-1)), i(1)); }
 
 // To the nearest whole number, halves to even: beyond 2^23 floats have no fraction.

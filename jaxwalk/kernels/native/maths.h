@@ -1,5 +1,5 @@
-// Elementary functions of W walkers, to about a unit in the last place, the same bits on every machine that
-// multiplies and adds at once. Reductions and polynomials after Moshier's Cephes library, single precision.
+// Elementary functions of W walkers, to about a unit in the last place. Reductions and polynomials after
+// Moshier's Cephes library, single precision; powers, remainders and far angles are the C library's.
 #pragma once
 #include "lanes.h"
 
