@@ -110,8 +110,8 @@ def _made(sources: tuple[str, ...], name: str) -> bytes:
             return whole.read_bytes()
     except OSError as error:
         raise BuildError(
-            f"nothing can be compiled in {tempfile.gettempdir()} ({_line(error)}); name by TMPDIR a folder with "
-            "room"
+            f"nothing can be compiled in {tempfile.gettempdir()} ({_line(error)}); "
+            "name by TMPDIR a folder with room"
         ) from None
 
 
