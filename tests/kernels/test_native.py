@@ -130,10 +130,13 @@ def test_any_number_of_walkers_any_number_of_times(walkers, length):
     keys = jax.random.split(jax.random.key(1), walkers)
     count = jnp.arange(walkers)
     state = (count, count + 1, count % 2 == 0, keys, jnp.ones((walkers, 3)) * count[:, None])
-    one = lambda scan: jax.jit(jax.vmap(scan, in_axes=(0, None)))  # noqa: E731
-    found, rows = one(lambda s, step: walk.scan(fibonacci, None, length, s, step))(state, 1)
-    expected, wanted = one(lambda s, step: lax.scan(lambda s, _: fibonacci(None, s, step), s, length=length))(
-        state, 1
+
+    def every(scan):
+        return jax.jit(jax.vmap(scan, in_axes=(0, None)))(state, 1)
+
+    found, rows = every(lambda s, step: walk.scan(fibonacci, None, length, s, step))
+    expected, wanted = every(
+        lambda s, step: lax.scan(lambda s, _: fibonacci(None, s, step), s, length=length)
     )
     for ours, theirs in zip(jax.tree.leaves(found), jax.tree.leaves(expected), strict=True):
         assert ours.dtype == theirs.dtype and bool(jnp.all(ours == theirs))
