@@ -235,6 +235,7 @@ def main(args: EvaluateArgs) -> None:
         noise=args.noise,
         model=args.model,
     )
+    args = stepping.sized(args, subject.config, many=128, few=8)
     console = Console()
     stepping.begin(subject.config, args.engine)
     with bars(console) as tell:

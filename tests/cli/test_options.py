@@ -106,7 +106,7 @@ def test_evaluate_defaults_are_the_papers_pushes(jaxwalk_cli, called, tmp_path):
     args = called[0][0]
     assert (args.walkers, args.seconds, args.speed, args.impulses) == (256, 60.0, 1.0, (30.0, -40.0))
     assert args.engine == "mjx"
-    assert (args.phases, args.replicas, args.push_duration, args.noise) == (16, 8, 0.1, 1.0)
+    assert (args.phases, args.replicas, args.push_duration, args.noise) == (16, None, 0.1, 1.0)
 
 
 def test_render_and_bench_hand_on_their_options(jaxwalk_cli, called, tmp_path):
