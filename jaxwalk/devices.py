@@ -44,11 +44,11 @@ def each(function: Callable[..., Any], *walkers: Any, block: int = 0) -> Any:
     others there are, if these make whole blocks.
 
     Args:
-      block: walkers in one; 0: `BLOCK` on a CPU, all of them elsewhere.
+      block: walkers in one, on a CPU; 0: `BLOCK`. Elsewhere all of them are.
     """
     many = jax.vmap(function)
     count = len(jax.tree.leaves(walkers)[0])
-    block = block or (BLOCK if jax.default_backend() == "cpu" else count)
+    block = (block or BLOCK) if jax.default_backend() == "cpu" else count
     whole, rest = divmod(count, block)
     if whole == 1 and not rest:
         return many(*walkers)

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from jaxwalk.cli.evaluate import EvaluateArgs
 
 BATCH = 2048  # trials in one program, at most
+REPLICAS = 128, 8  # walkers for each push: by native code, and elsewhere
 AFTER_PUSH = 8.0  # s watched after the step in which the push comes
 BEFORE_PUSH = 5.0  # s, enough for the step of the push to be reached
 
@@ -110,7 +111,7 @@ def evaluate(
       programs: made for the same ``args``; default: one of its own.
       burden: what all walkers bear without being told.
     """
-    args = stepping.sized(args, subject.config, many=128, few=8)
+    args = stepping.sized(args, subject.config, *REPLICAS)
     runner = (programs or Programs(args)).of(subject)
 
     def follow(what: str, batch: Scenario, profile: Profile, seconds: float) -> Trial:
@@ -235,7 +236,7 @@ def main(args: EvaluateArgs) -> None:
         noise=args.noise,
         model=args.model,
     )
-    args = stepping.sized(args, subject.config, many=128, few=8)
+    args = stepping.sized(args, subject.config, *REPLICAS)
     console = Console()
     stepping.begin(subject.config, args.engine)
     with bars(console) as tell:

@@ -56,7 +56,7 @@ def compiler() -> tuple[str, ...]:
     return (found, *told[1:])
 
 
-def library(sources: tuple[str, ...], name: str) -> Callable[..., Any]:
+def compiled(sources: tuple[str, ...], name: str) -> Callable[..., Any]:
     """The function called ``name`` of what ``sources`` compile to together, made now or found.
 
     Raises:

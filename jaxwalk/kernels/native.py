@@ -149,7 +149,7 @@ def width() -> int:
       compiler.BuildError: there can be no native code.
     """
     headers = map(_header, ("lanes.h", "maths.h", "call.h"))
-    return compiler.library(("\n".join([*headers, f"{_EXPORT}int width() {{ return W; }}\n"]),), "width")()
+    return compiler.compiled(("\n".join([*headers, f"{_EXPORT}int width() {{ return W; }}\n"]),), "width")()
 
 
 def target(texts: tuple[str, ...]) -> str:
@@ -168,7 +168,7 @@ def target(texts: tuple[str, ...]) -> str:
 def _target(texts: tuple[str, ...], flags: tuple[str, ...]) -> str | compiler.BuildError:
     name = f"walk_{hashlib.sha256(''.join((*texts, *flags)).encode()).hexdigest()[:24]}"
     try:
-        found = compiler.library(texts, "walk")
+        found = compiler.compiled(texts, "walk")
     except compiler.BuildError as error:
         return error
     jax.ffi.register_ffi_target(name, jax.ffi.pycapsule(found), platform="cpu")

@@ -50,16 +50,16 @@ def another(monkeypatch):
 
 
 def test_a_library_is_made_once(cache, without_compiler):
-    assert compiler.library(ANSWER, "answer")() == 42
+    assert compiler.compiled(ANSWER, "answer")() == 42
     without_compiler()
-    assert compiler.library(ANSWER, "answer")() == 42
+    assert compiler.compiled(ANSWER, "answer")() == 42
     with pytest.raises(compiler.BuildError, match="again"):
-        compiler.library((ANSWER[0] + "\n",), "answer")
+        compiler.compiled((ANSWER[0] + "\n",), "answer")
 
 
 @pytest.mark.parametrize("what", ["cut off", "empty", "altered", "seal gone", "of a group", "of nobody"])
 def test_what_lies_in_the_cache_and_cannot_be_trusted_is_made_anew(cache, what):
-    compiler.library(ANSWER, "answer")
+    compiler.compiled(ANSWER, "answer")
     (file,) = cache.glob("*.so")
     content = file.read_bytes()
     file.unlink()  # this process has it in use: it is put in place anew, not written over
@@ -82,21 +82,21 @@ def test_what_lies_in_the_cache_and_cannot_be_trusted_is_made_anew(cache, what):
         os.chown(file, 65534, 65534)
     inode = file.stat().st_ino
     assert not store._sound(file)
-    assert compiler.library(ANSWER, "answer")() == 42
+    assert compiler.compiled(ANSWER, "answer")() == 42
     assert store._sound(file) and file.stat().st_ino != inode
 
 
 def test_a_folder_that_others_may_write_is_not_used(cache):
     cache.mkdir(parents=True)
     cache.chmod(0o777)
-    assert compiler.library(ANSWER, "answer")() == 42
+    assert compiler.compiled(ANSWER, "answer")() == 42
     assert not list(cache.iterdir())
 
 
 def test_a_cache_that_cannot_be_written_is_done_without(cache):
     cache.parent.rmdir()
     cache.parent.write_text("a file where a folder should be")
-    assert compiler.library(ANSWER, "answer")() == 42
+    assert compiler.compiled(ANSWER, "answer")() == 42
     assert store.recall("any") is None
     store.kept("any", lambda: b"text", Path)
     assert store.recall("any") == b"text"
@@ -112,13 +112,13 @@ def test_what_was_compiled_and_cannot_be_loaded_is_not_kept(cache, another, tmp_
     script.chmod(0o755)
     another(str(script))
     with pytest.raises(compiler.BuildError, match="cannot be loaded"):
-        compiler.library(ANSWER, "answer")
+        compiler.compiled(ANSWER, "answer")
     assert {file.suffix for file in cache.iterdir()} <= {".lock"}
 
 
 def test_a_function_that_is_not_there_is_told(cache):
     with pytest.raises(compiler.BuildError, match=r"cannot be loaded.*question"):
-        compiler.library(ANSWER, "question")
+        compiler.compiled(ANSWER, "question")
 
 
 def test_a_process_that_holds_the_lock_for_ever_is_not_waited_for(cache, monkeypatch):
@@ -130,7 +130,7 @@ def test_a_process_that_holds_the_lock_for_ever_is_not_waited_for(cache, monkeyp
 
 
 def test_a_cache_that_can_only_be_read_is_read(cache, monkeypatch, without_compiler):
-    compiler.library(ANSWER, "answer")
+    compiler.compiled(ANSWER, "answer")
     without_compiler()
 
     def forbidden(*_, **__):
@@ -138,12 +138,12 @@ def test_a_cache_that_can_only_be_read_is_read(cache, monkeypatch, without_compi
 
     monkeypatch.setattr(os, "utime", forbidden)
     monkeypatch.setattr(store, "_alone", forbidden)
-    assert compiler.library(ANSWER, "answer")() == 42
+    assert compiler.compiled(ANSWER, "answer")() == 42
 
 
 def test_what_is_left_of_a_failure_is_nothing(cache):
     with pytest.raises(compiler.BuildError, match=r"failed \(.*error.*; install g\+\+"):
-        compiler.library(BROKEN, "answer")
+        compiler.compiled(BROKEN, "answer")
     assert {file.suffix for file in cache.iterdir()} <= {".lock"}
 
 
@@ -158,7 +158,7 @@ def test_what_is_left_of_a_failure_is_nothing(cache):
 def test_a_compiler_that_is_none_is_told_in_one_line(cache, another, command, why):
     another(command)
     with pytest.raises(compiler.BuildError, match=why) as told:
-        compiler.library(ANSWER, "answer")
+        compiler.compiled(ANSWER, "answer")
     assert "\n" not in str(told.value) and "install" in str(told.value)
 
 
@@ -166,12 +166,12 @@ def test_a_compiler_that_takes_too_long_is_told_in_one_line(cache, monkeypatch):
     compiler._made_for()
     monkeypatch.setattr(compiler, "SECONDS", 0)
     with pytest.raises(compiler.BuildError, match="took more than"):
-        compiler.library(("#include <regex>\nstd::regex x;\n",), "answer")
+        compiler.compiled(("#include <regex>\nstd::regex x;\n",), "answer")
 
 
 def _made(folder: str, found) -> None:
     jax.config.update("jax_compilation_cache_dir", folder)
-    found.put(compiler.library(ANSWER, "answer")())
+    found.put(compiler.compiled(ANSWER, "answer")())
 
 
 def test_of_several_processes_at_once_one_compiles(cache, another, tmp_path_factory):
@@ -221,5 +221,5 @@ def test_a_disk_that_is_full_is_done_without(cache, monkeypatch):
         return write(path, content)
 
     monkeypatch.setattr(Path, "write_bytes", full)
-    assert compiler.library(ANSWER, "answer")() == 42
+    assert compiler.compiled(ANSWER, "answer")() == 42
     assert {file.suffix for file in cache.iterdir()} <= {".lock"}
