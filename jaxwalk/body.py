@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import BodyConfig
-from jaxwalk.errors import UserError
 
 # Winter, Biomechanics and Motor Control of Human Movement: lengths as fractions of height.
 FOOT_HEIGHT, SHANK, THIGH = 0.039, 0.246, 0.245

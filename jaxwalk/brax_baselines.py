@@ -27,11 +27,13 @@ from brax.training.agents.sac import train as sac
 from flax import linen
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 
-from jaxwalk import devices, footstep, plots, policy, subjects
+from jaxwalk import footstep, policy, subjects
 from jaxwalk.cli.train_baseline import PPO, SAC, PPOArgs, SACArgs
+from jaxwalk.common import figures
+from jaxwalk.common.errors import UserError
+from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
 from jaxwalk.env import FootstepEnv
-from jaxwalk.errors import UserError
 from jaxwalk.policy import Policy
 from jaxwalk.progress import Progress
 from jaxwalk.run_folder import RunFolder
@@ -235,7 +237,7 @@ class _Run:
         if finite:
             self.found[footsteps] = marks
         self.finals.enter(found, marks.score)
-        plots.training_png(self.rows, self.folder.picture)
+        figures.training_png(self.rows, self.folder.picture)
         self.progress.note(
             f"evaluation at {footsteps:,} footsteps: {marks.survival:.0%} of the pushed and {marks.calm:.0%} "
             f"of the others stay up, {marks.speed:.2f} m/s" + ("; best so far" if better else "")

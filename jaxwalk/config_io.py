@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from jaxwalk import body
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, PidConfig
-from jaxwalk.errors import UserError
 
 T = TypeVar("T")
 

@@ -13,7 +13,7 @@ import numpy as np
 from mujoco import mjx
 
 from jaxwalk import newton, spd
-from jaxwalk.errors import UserError
+from jaxwalk.common.errors import UserError
 
 
 def check(model: mujoco.MjModel) -> None:

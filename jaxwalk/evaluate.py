@@ -15,8 +15,9 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from jaxwalk import files, results, scenarios, stepping, subjects, sway
+from jaxwalk import results, scenarios, stepping, subjects, sway
 from jaxwalk.burdens import Burden
+from jaxwalk.common import files
 from jaxwalk.config import BodyConfig, RewardConfig
 from jaxwalk.statistics import each_phase, threshold, worst_phase
 from jaxwalk.stepper import Task

@@ -21,14 +21,14 @@ import numpy as np
 import safetensors.numpy
 from jaxtyping import Array, Float
 
-from jaxwalk import arrays, reading
+from jaxwalk.common import untrusted, untrusted_arrays
+from jaxwalk.common.errors import UserError
+from jaxwalk.common.untrusted import Bad
 from jaxwalk.config import Config, to_dict
 from jaxwalk.ddpg import networks, normalizer
 from jaxwalk.ddpg.learner import LearnerState
 from jaxwalk.ddpg.types import Leaf
 from jaxwalk.deploy.file import MAX_BYTES
-from jaxwalk.errors import UserError
-from jaxwalk.reading import Bad
 
 FORMAT_VERSION = 1
 _HEADER_KEY = "jaxwalk_policy"
@@ -185,25 +185,25 @@ def load(path: str | os.PathLike[str]) -> Policy:
     Raises:
       UserError: no file, no policy, or a policy that is damaged or too large.
     """
-    content = reading.content(path, MAX_BYTES, _CURE)
+    content = untrusted.content(path, MAX_BYTES, _CURE)
     try:
-        told, found = arrays.safetensors(content)
+        told, found = untrusted_arrays.safetensors(content)
         if _HEADER_KEY not in told:
             raise Bad("a safetensors file, but not of a jaxwalk policy")
         return _decode(told[_HEADER_KEY], found)
     except Bad as bad:
-        raise UserError(reading.unreadable(path, bad, _CURE)) from None
+        raise UserError(untrusted.unreadable(path, bad, _CURE)) from None
 
 
 def _decode(header: str, tensors: dict[str, np.ndarray]) -> Policy:
-    values = reading.parse(header)
+    values = untrusted.parse(header)
     version = values.get("format_version") if isinstance(values, dict) else None
     if type(version) is int and version != FORMAT_VERSION:
         raise Bad(f"format {version!r:.20}, but this jaxwalk reads {FORMAT_VERSION}")
     try:
         hints = typing.get_type_hints(Metadata)
         metadata = Metadata(**{name: _plain(values[name], hint) for name, hint in hints.items()})
-        reading.parse(metadata.config)
+        untrusted.parse(metadata.config)
     except (Bad, KeyError, TypeError):
         raise Bad("its metadata are damaged") from None
     if problem := _problem(metadata, tensors):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from jaxwalk import runtime
+from jaxwalk.common import runtime
 from jaxwalk.config import (
     BodyConfig,
     Config,

@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.progress import track
 
 from jaxwalk import recording, stage, subjects
-from jaxwalk.errors import UserError
+from jaxwalk.common.errors import UserError
 from jaxwalk.recording import SEGMENT, Loop, Shove, Walk, camera_path
 from jaxwalk.stage import Arrow, Stage
 

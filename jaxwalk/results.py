@@ -8,9 +8,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from jaxwalk import config_io, reading, runtime, stepping
+from jaxwalk import config_io, stepping
+from jaxwalk.common import runtime, untrusted
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, to_dict
-from jaxwalk.errors import UserError
 from jaxwalk.subjects import Subject
 
 FORMAT = 1
@@ -47,7 +48,7 @@ def read(path: Path, made_by: str) -> dict[str, Any]:
     Raises:
       UserError: it is damaged, of another command, or of another version of the format.
     """
-    found = reading.read_json(path, _cure(made_by))
+    found = untrusted.read_json(path, _cure(made_by))
     if not isinstance(found, Mapping) or not isinstance(found.get("options"), Mapping):
         raise UserError(f"{path} is no result of jaxwalk {made_by}: {_cure(made_by)}")
     if found.get("format") != FORMAT:

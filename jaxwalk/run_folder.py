@@ -22,10 +22,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from jaxwalk import config_io, reading, runtime
+from jaxwalk import config_io
+from jaxwalk.common import runtime, untrusted
+from jaxwalk.common.errors import UserError
+from jaxwalk.common.files import to_json, write_json
 from jaxwalk.config import Config, to_dict
-from jaxwalk.errors import UserError
-from jaxwalk.files import to_json, write_json
 
 CONFIG, METRICS, SUMMARY = "config.json", "metrics.jsonl", "summary.json"
 POLICY, CHECKPOINTS, PICTURE = "policy.safetensors", "checkpoints", "training.png"
@@ -205,7 +206,7 @@ def check_none(option: str, path: Path) -> None:
 
 def identity(path: Path) -> str:
     """What tells the run in ``path`` from all others: SHA-256 of its ``config.json``."""
-    return hashlib.sha256(reading.content(path / CONFIG, reading.MAX_JSON, _CURE)).hexdigest()
+    return hashlib.sha256(untrusted.content(path / CONFIG, untrusted.MAX_JSON, _CURE)).hexdigest()
 
 
 def load_record(path: Path) -> dict[str, Any]:
@@ -218,7 +219,7 @@ def load_record(path: Path) -> dict[str, Any]:
       UserError: there is none.
     """
     file = path / CONFIG if os.path.isdir(path) else path
-    record = reading.read_json(file, _CURE)
+    record = untrusted.read_json(file, _CURE)
     if not isinstance(record, dict) or "config" not in record:
         raise UserError(f"{file} holds no configuration: {_CURE}")
     return record
@@ -281,7 +282,7 @@ def read_summary(path: Path) -> dict[str, Any]:
     file = path / SUMMARY
     if not os.path.lexists(file):
         return {}
-    summary = reading.read_json(file, _CURE)
+    summary = untrusted.read_json(file, _CURE)
     if not isinstance(summary, dict):
         raise UserError(f"{file} holds no summary: {_CURE}")
     return summary
@@ -298,15 +299,15 @@ def read_metrics(path: Path) -> list[dict[str, Any]]:
 
 
 def _lines(file: Path) -> list[bytes]:
-    return reading.content(file, MAX_METRICS, _CURE).split(b"\n")[:-1]
+    return untrusted.content(file, MAX_METRICS, _CURE).split(b"\n")[:-1]
 
 
 def _rows(file: Path, lines: Sequence[bytes]) -> list[dict[str, Any]]:
     rows = []
     for number, line in enumerate(lines, 1):
         try:
-            row = reading.parse(line)
-        except reading.Bad as bad:
+            row = untrusted.parse(line)
+        except untrusted.Bad as bad:
             raise UserError(f"{file} is damaged in line {number}: {bad}; begin a new run") from None
         if not isinstance(row, dict) or type(row.get("footsteps")) is not int:
             raise UserError(f"{file} is damaged in line {number}: no footsteps; begin a new run")

@@ -12,10 +12,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from jaxwalk import reading, run_folder, runtime
+from jaxwalk import run_folder
+from jaxwalk.common import runtime, untrusted
+from jaxwalk.common.errors import UserError
+from jaxwalk.common.files import make_folder, write_json
 from jaxwalk.config import Config, to_dict
-from jaxwalk.errors import UserError
-from jaxwalk.files import make_folder, write_json
 
 SUMMARY, PICTURE = "seeds.json", "seeds.png"
 _CURE = "give the folder of jaxwalk train --seeds"
@@ -85,7 +86,7 @@ def read(path: Path) -> dict[str, Any]:
     Raises:
       UserError: it cannot be read, or is damaged.
     """
-    told = reading.read_json(path / SUMMARY, _CURE)
+    told = untrusted.read_json(path / SUMMARY, _CURE)
     if not isinstance(told, dict):
         raise UserError(f"{path / SUMMARY} names no seeds: {_CURE}")
     return told

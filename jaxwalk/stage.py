@@ -14,8 +14,8 @@ from mujoco.rendering.classic import gl_context
 
 from jaxwalk import body as body_lib
 from jaxwalk import mjcf
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import REFERENCE_HEIGHT, Config
-from jaxwalk.errors import UserError
 from jaxwalk.similarity import Similarity
 
 FADE_SECONDS = 0.35  # a push is over within three pictures: its arrow fades more slowly

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 import jax
 
-from jaxwalk import devices
+from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config, Engine
 from jaxwalk.kernels import native, walk
 from jaxwalk.kernels.compiler import BuildError

@@ -16,9 +16,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxwalk import baselines, config_io, footstep, policy, reading, resources, run_folder, walker, windows
+from jaxwalk import baselines, config_io, footstep, policy, run_folder, walker, windows
+from jaxwalk.common import resources, untrusted
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import REFERENCE_HEIGHT, BodyModel, Config
-from jaxwalk.errors import UserError
 
 SHIPPED, FIXED = "shipped", "fixed"
 
@@ -97,9 +98,9 @@ def configured(path: Path, loaded: policy.Policy) -> Config:
       UserError: it is not one that this version can run.
     """
     try:
-        trained = config_io.from_dict(Config, reading.parse(loaded.metadata.config))
+        trained = config_io.from_dict(Config, untrusted.parse(loaded.metadata.config))
         return _changed(trained, None, None, None, None, None)
-    except (UserError, reading.Bad, ArithmeticError) as error:
+    except (UserError, untrusted.Bad, ArithmeticError) as error:
         raise UserError(f"policy {path}: its configuration does not fit this version ({error})") from None
 
 

@@ -19,8 +19,9 @@ from flax import struct
 from jax.sharding import Mesh
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from jaxwalk import devices, pushes, stepper, stepping, sway, walker
+from jaxwalk import pushes, stepper, stepping, sway, walker
 from jaxwalk.burdens import Burden
+from jaxwalk.common.parallel import devices
 from jaxwalk.config import GaitConfig
 from jaxwalk.stepper import Stepper, Task
 from jaxwalk.sway import Sway

@@ -26,8 +26,8 @@ from jaxwalk import (
 )
 from jaxwalk import body as body_lib
 from jaxwalk.burdens import Burden
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import BodyConfig, Config, Engine, GaitConfig, Kernels, PhysicsConfig, SensorConfig
-from jaxwalk.errors import UserError
 from jaxwalk.gait import GaitState
 from jaxwalk.kernels import fused as kernels
 from jaxwalk.newton import WRITTEN_OUT

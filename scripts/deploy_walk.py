@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from jaxwalk import deploy, evaluate, files, runtime, subjects
+from jaxwalk import deploy, evaluate, subjects
 from jaxwalk.cli.evaluate import EvaluateArgs
+from jaxwalk.common import files, runtime
 from jaxwalk.config import Config
 from jaxwalk.export import c_runtime, closed_loop, command
 

@@ -11,7 +11,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from jaxwalk import body, mjcf, runtime
+from jaxwalk import body, mjcf
+from jaxwalk.common import runtime
 from jaxwalk.config import BodyConfig, PhysicsConfig
 
 FILES = {

@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from jaxwalk.errors import UserError
+from jaxwalk.common.errors import UserError
 from jaxwalk.paper import trainings
 
 

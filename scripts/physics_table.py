@@ -27,7 +27,8 @@ import tyro
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import c_mujoco, controllers, physics, runtime, walker
+from jaxwalk import c_mujoco, controllers, physics, walker
+from jaxwalk.common import runtime
 from jaxwalk.config import BodyConfig, BodyModel, Config, PhysicsConfig
 from jaxwalk.similarity import Similarity
 

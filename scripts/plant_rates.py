@@ -21,12 +21,14 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import devices, files, runtime, stepping
+from jaxwalk import stepping
 from jaxwalk.bench import stages
 from jaxwalk.bench.command import configured
 from jaxwalk.bench.programs import bare_steps, record, sharded, spawn, split, standing, walk_ticks
 from jaxwalk.cli.parse import Numbers, OptionalFile, parse
-from jaxwalk.errors import UserError
+from jaxwalk.common import files, runtime
+from jaxwalk.common.errors import UserError
+from jaxwalk.common.parallel import devices
 from jaxwalk.stepper import Task
 
 WALKED = 256  # walkers that walk first; a batch is these over again

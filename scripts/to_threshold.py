@@ -19,7 +19,7 @@ from rich.table import Table
 
 from jaxwalk import run_folder
 from jaxwalk.cli.parse import Numbers, parse
-from jaxwalk.errors import UserError
+from jaxwalk.common.errors import UserError
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,8 @@ import jax.numpy as jnp
 import numpy as np
 import tyro
 
-from jaxwalk import footstep, runtime, scenarios, walker
+from jaxwalk import footstep, scenarios, walker
+from jaxwalk.common import runtime
 from jaxwalk.config import Config, GaitConfig
 from jaxwalk.stepper import Task
 from jaxwalk.trials import BINS, Profile, Runner

@@ -21,8 +21,10 @@ import cmaes
 import numpy as np
 import tyro
 
-from jaxwalk import baselines, devices, files, runtime, scenarios
+from jaxwalk import baselines, scenarios
 from jaxwalk.baselines import CapturePoint, Constant, Raibert, Rule
+from jaxwalk.common import files, runtime
+from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
 from jaxwalk.train import assess, finals
 from jaxwalk.train.assess import Exam, Marks

@@ -22,7 +22,8 @@ import jax.numpy as jnp
 import numpy as np
 import tyro
 
-from jaxwalk import pushes, runtime, walker
+from jaxwalk import pushes, walker
+from jaxwalk.common import runtime
 from jaxwalk.config import Config
 from jaxwalk.presets import PRESETS
 

@@ -10,4 +10,4 @@ sys.path.append(str(Path(__file__).parent))
 # Before any module of the package is imported: every call's types and shapes are checked.
 jaxtyping.install_import_hook("jaxwalk", "typecheck.check")
 
-import_module("jaxwalk.runtime").setup()
+import_module("jaxwalk.common.runtime").setup()

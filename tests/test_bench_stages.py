@@ -14,8 +14,8 @@ from jaxwalk import pushes, walker
 from jaxwalk.bench import batches, command, picture, programs, scaling, stages
 from jaxwalk.cli.bench import BenchArgs
 from jaxwalk.cli.parse import parse
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config
-from jaxwalk.errors import UserError
 from jaxwalk.stepper import Task
 
 SIZE = 2 * jax.device_count()

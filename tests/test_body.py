@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from jaxwalk import body, mjcf
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import BodyConfig, PhysicsConfig
-from jaxwalk.errors import UserError
 
 SEGMENTS = ("torso", "thigh", "shank", "foot")
 

@@ -8,8 +8,8 @@ from typing import Literal
 import pytest
 
 from jaxwalk import config_io
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, DDPGConfig, to_dict
-from jaxwalk.errors import UserError
 from jaxwalk.presets import PRESETS
 
 

@@ -11,10 +11,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import controllers, deploy, footstep, policy, resources, stepper, subjects, walker
+from jaxwalk import controllers, deploy, footstep, policy, stepper, subjects, walker
+from jaxwalk.common import resources
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Observable
 from jaxwalk.ddpg import networks
-from jaxwalk.errors import UserError
 from jaxwalk.export import c, c_runtime, closed_loop, manifest, tensors
 from jaxwalk.export.closed_loop import Shove
 from jaxwalk.physics import Readings

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import pytest
 
-from jaxwalk import devices
+from jaxwalk.common.parallel import devices
 
 
 @pytest.mark.parametrize("walkers", [1, 5, 6, 7, 256])

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from jaxwalk import config_io, controllers, drives, mjcf, physics, walker
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import BodyConfig, Config, PidConfig
-from jaxwalk.errors import UserError
 from jaxwalk.presets import PRESETS
 from jaxwalk.similarity import Similarity
 

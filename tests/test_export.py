@@ -9,10 +9,11 @@ import jax
 import numpy as np
 import pytest
 
-from jaxwalk import cli, deploy, policy, resources
+from jaxwalk import cli, deploy, policy
+from jaxwalk.common import resources
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import GaitConfig
 from jaxwalk.deploy.file import MANIFEST
-from jaxwalk.errors import UserError
 from jaxwalk.export import command, manifest, selftest, stablehlo
 
 FORMATS = ("safetensors", "npz", "onnx", "stablehlo", "c")

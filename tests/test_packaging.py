@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from jaxwalk import resources
-from jaxwalk.errors import UserError
+from jaxwalk.common import resources
+from jaxwalk.common.errors import UserError
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -48,7 +48,8 @@ def test_an_installed_wheel_finds_its_models_outside_the_checkout(tmp_path):
     run(sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--no-index", "--target", site, wheel)
     environment = os.environ | {"PYTHONPATH": str(site)}
     program = (
-        "import sys; from jaxwalk.resources import model_path as m; print(*map(m, sys.argv[1:]), sep='\\n')"
+        "import sys; from jaxwalk.common.resources import model_path as m; "
+        "print(*map(m, sys.argv[1:]), sep='\\n')"
     )
     found = run(sys.executable, "-c", program, *models, env=environment).split()
     assert set(map(Path, found)) == {site / "jaxwalk" / "models" / name for name in models}

@@ -13,9 +13,9 @@ import pytest
 import safetensors.numpy
 
 from jaxwalk import policy
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, DDPGConfig, to_dict
 from jaxwalk.ddpg import learner
-from jaxwalk.errors import UserError
 
 CONFIG = Config(ddpg=DDPGConfig(hidden=(8, 6)), observation=("speed", "pitch", "zmp", "step_length"))
 _init = jax.jit(learner.init, static_argnums=(0, 2, 3))

@@ -4,7 +4,8 @@ import itertools
 
 import pytest
 
-from jaxwalk import plots, progress
+from jaxwalk import progress
+from jaxwalk.common import figures as plots
 from jaxwalk.progress import Progress
 
 ROW = {

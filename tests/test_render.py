@@ -12,8 +12,8 @@ import pytest
 
 from jaxwalk import recording, render, stage
 from jaxwalk.cli.render import RenderArgs
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config
-from jaxwalk.errors import UserError
 from jaxwalk.recording import Walk
 from jaxwalk.stage import Stage
 

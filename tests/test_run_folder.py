@@ -7,9 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import files, run_folder
+from jaxwalk import run_folder
+from jaxwalk.common import files
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, DDPGConfig
-from jaxwalk.errors import UserError
 from jaxwalk.run_folder import RunFolder
 
 CONFIG = Config(ddpg=DDPGConfig(gamma=0.5))

@@ -5,7 +5,7 @@ import os
 import subprocess
 import sys
 
-from jaxwalk import runtime
+from jaxwalk.common import runtime
 
 _REPORT = """
 import json, sys
@@ -55,7 +55,9 @@ def test_the_users_own_settings_stand(tmp_path):
 
 
 def test_importing_the_package_changes_nothing():
-    program = "import os; before = dict(os.environ); import jaxwalk, jaxwalk.cli, jaxwalk.runtime, sys;"
+    program = (
+        "import os; before = dict(os.environ); import jaxwalk, jaxwalk.cli, jaxwalk.common.runtime, sys;"
+    )
     program += "assert before == dict(os.environ); assert 'jax' not in sys.modules"
     subprocess.run([sys.executable, "-c", program], check=True)
 

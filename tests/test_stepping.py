@@ -21,8 +21,8 @@ from jaxwalk import (
     walker,
     windows,
 )
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import BodyConfig, Config, PhysicsConfig
-from jaxwalk.errors import UserError
 from jaxwalk.kernels import compiler, native, walk
 from jaxwalk.kernels.graph import Unsupported
 from jaxwalk.stepper import Task

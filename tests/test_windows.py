@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from jaxwalk import footstep, stepper, walker, windows
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, PushConfig, TrainConfig
-from jaxwalk.errors import UserError
 from jaxwalk.stepper import Task
 
 WALKERS, WINDOWS = 8, 130

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any, get_args
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import evaluate, files, results, stepping, subjects
+from jaxwalk import evaluate, results, stepping, subjects
 from jaxwalk.agreement import compare, picture
 from jaxwalk.cli.evaluate import EvaluateArgs
+from jaxwalk.common import files
 from jaxwalk.config import Engine
 from jaxwalk.evaluate import Tell
 from jaxwalk.subjects import Subject

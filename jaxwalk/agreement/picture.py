@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from jaxwalk import plots
+from jaxwalk.common import figures
 from jaxwalk.pushmap.picture import edges
 
 
@@ -21,7 +21,7 @@ def draw(result: dict[str, Any], title: str, path: Path) -> None:
     """
     cells = result["cells"]
     phases = np.asarray(cells["phases"])
-    figure = plots.new_figure(13.5, 1.8 + 0.36 * len(cells["impulses"]))
+    figure = figures.new_figure(13.5, 1.8 + 0.36 * len(cells["impulses"]))
     panels = figure.subplots(1, 3, sharex=True, sharey=True)
 
     def panel(axes: Axes, name: str, values: Any, colours: str, least: float) -> Any:
@@ -49,4 +49,4 @@ def draw(result: dict[str, Any], title: str, path: Path) -> None:
     panels[0].set_yticks(range(len(cells["impulses"])), [f"{i:+g}" for i in cells["impulses"]])
     panels[0].set_ylabel("impulse, N s (forward positive)")
     figure.suptitle(title, fontsize=11, x=0.01, ha="left")
-    plots.write_png(figure, path)
+    figures.write_png(figure, path)

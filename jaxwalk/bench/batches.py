@@ -14,11 +14,13 @@ import jax.numpy as jnp
 import numpy as np
 from jax.sharding import Mesh
 
-from jaxwalk import devices, pushes, runtime
+from jaxwalk import pushes
 from jaxwalk.bench import costs, limits, stages
 from jaxwalk.bench.programs import record, sharded, split, walk_ticks
 from jaxwalk.bench.rounds import BARE, BY_XLA, LOOP, TICK, Builder, Program, take_turns
 from jaxwalk.bench.stages import OF_WALKER, PLANT, WINDOWS
+from jaxwalk.common import runtime
+from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
 from jaxwalk.ddpg.replay import Replay
 from jaxwalk.stepper import Stepper, Task

@@ -15,8 +15,9 @@ import jax
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import files, results
+from jaxwalk import results
 from jaxwalk.bench.rounds import BARE, BY_XLA, LOOP, MAP, SAVING, TICK, Program, measure
+from jaxwalk.common import files
 from jaxwalk.config import Config
 from jaxwalk.presets import PRESETS, of_machine
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from jaxwalk import plots
 from jaxwalk.bench.limits import C_CONVERGED, C_LIMITED
 from jaxwalk.bench.rounds import BARE
+from jaxwalk.common import figures
 
 _LIMITS = {
     C_LIMITED: ("C MuJoCo, as many iterations", "--"),
@@ -51,7 +51,7 @@ def draw(result: Mapping[str, Any], path: Path) -> None:
       path: PNG file, replaced if there.
     """
     absolute = not on_cpu(result)
-    figure = plots.new_figure(7.2, 4.8)
+    figure = figures.new_figure(7.2, 4.8)
     axes = figure.subplots()
     found = curves(result, absolute)
     for name, points in found.items():
@@ -76,4 +76,4 @@ def draw(result: Mapping[str, Any], path: Path) -> None:
     hardware = ", ".join(dict.fromkeys(result["hardware"]["devices"]))
     versions = f"jax {result['versions']['jax']}, mujoco-mjx {result['versions']['mujoco-mjx']}"
     axes.set_title(f"{hardware}; {versions}", loc="left", fontsize=10)
-    plots.write_png(figure, path)
+    figures.write_png(figure, path)

@@ -19,8 +19,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from jaxwalk import devices, scenarios, subjects
+from jaxwalk import scenarios, subjects
 from jaxwalk.bench.programs import bare_steps, record, sharded, spawn, split, standing, walk_ticks
+from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
 from jaxwalk.stepper import Task
 from jaxwalk.train import checkpoint, loop

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import devices, files, results
+from jaxwalk import results
 from jaxwalk.bench import batches, picture
 from jaxwalk.bench.command import configured, memory
 from jaxwalk.bench.limits import C_CONVERGED, C_LIMITED
 from jaxwalk.bench.stages import STAGES
-from jaxwalk.errors import UserError
+from jaxwalk.common import files
+from jaxwalk.common.errors import UserError
+from jaxwalk.common.parallel import devices
 
 if TYPE_CHECKING:
     from jaxwalk.cli.bench import BenchArgs

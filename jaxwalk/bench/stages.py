@@ -18,8 +18,8 @@ from jaxtyping import Array, Float, Int, PRNGKeyArray
 from jaxwalk import controllers, footstep, physics, sensors, stepping, walker, windows
 from jaxwalk.bench.programs import bare_steps
 from jaxwalk.bench.rounds import BARE, BY_XLA, LOOP, TICK
+from jaxwalk.common.parallel.devices import AXIS
 from jaxwalk.config import Config
-from jaxwalk.devices import AXIS
 from jaxwalk.physics import Plant, Readings
 from jaxwalk.sensors import Estimate, SensorState
 from jaxwalk.stepper import Stepper, Task

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 
 from jaxwalk import __version__
-from jaxwalk.errors import UserError
+from jaxwalk.common.errors import UserError
 
 _COMMANDS = {
     "train": "train a policy into a run folder",

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from jaxwalk import files
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import Impulses, OptionalFloat, Policy, parse
+from jaxwalk.common import files
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def run(argv: Sequence[str]) -> None:
     args = parse(AgreementArgs, argv, "agreement")
     args.check()
 
-    from jaxwalk import runtime
+    from jaxwalk.common import runtime
 
     runtime.setup()
     from jaxwalk.agreement import command

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from jaxwalk import files
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import Numbers, OptionalFile, OptionalPolicy, parse, plain
-from jaxwalk.errors import UserError
+from jaxwalk.common import files
+from jaxwalk.common.errors import UserError
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def run(argv: Sequence[str]) -> None:
     args = parse(BenchArgs, argv, "bench")
     args.check()
 
-    from jaxwalk import runtime
+    from jaxwalk.common import runtime
 
     runtime.setup()
     if args.deploy is not None:

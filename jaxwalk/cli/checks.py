@@ -7,8 +7,8 @@ import os
 from collections.abc import Sequence
 
 from jaxwalk import body
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import REFERENCE_HEIGHT, REFERENCE_MASS, BodyConfig
-from jaxwalk.errors import UserError
 
 BUILT_IN = ("shipped", "fixed", "constant", "raibert", "capture-point")
 

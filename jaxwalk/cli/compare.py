@@ -9,9 +9,9 @@ from typing import Annotated
 
 import tyro
 
-from jaxwalk import files
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import POLICIES, Impulses, OptionalFloat, OptionalInt, OptionalModel, parse
+from jaxwalk.common import files
 from jaxwalk.compare import entry
 from jaxwalk.config import Engine
 
@@ -86,7 +86,7 @@ def run(argv: Sequence[str]) -> None:
     args = parse(CompareArgs, argv, "compare")
     args.check()
 
-    from jaxwalk import runtime
+    from jaxwalk.common import runtime
 
     runtime.setup()
     from jaxwalk.compare import command

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from jaxwalk import files
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import Impulses, OptionalFile, OptionalFloat, OptionalInt, OptionalModel, Policy, parse
+from jaxwalk.common import files
 from jaxwalk.config import Engine
 
 
@@ -70,7 +70,7 @@ def run(argv: Sequence[str]) -> None:
     args = parse(EvaluateArgs, argv, "evaluate")
     args.check()
 
-    from jaxwalk import runtime
+    from jaxwalk.common import runtime
 
     runtime.setup()
     from jaxwalk import evaluate

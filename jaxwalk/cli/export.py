@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from jaxwalk import files
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import Impulses, Names, OptionalModel, Policy, parse
-from jaxwalk.errors import UserError
+from jaxwalk.common import files
+from jaxwalk.common.errors import UserError
 
 FORMATS = ("safetensors", "npz", "onnx", "stablehlo", "c", "html")
 IMPULSES = (-80.0, -40.0, 40.0, 70.0)
@@ -64,7 +64,7 @@ def run(argv: Sequence[str]) -> None:
     args = parse(ExportArgs, argv, "export")
     args.check()
 
-    from jaxwalk import runtime
+    from jaxwalk.common import runtime
 
     runtime.setup()
     from jaxwalk.export import command

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from jaxwalk import files
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import OptionalFloat, Policy, parse
+from jaxwalk.common import files
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def run(argv: Sequence[str]) -> None:
     args = parse(GaitArgs, argv, "gait")
     args.check()
 
-    from jaxwalk import runtime
+    from jaxwalk.common import runtime
 
     runtime.setup()
     from jaxwalk.gaitlab import command

@@ -9,10 +9,10 @@ from typing import Annotated, Literal, get_args
 
 import tyro
 
-from jaxwalk import files
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import POLICIES, OptionalFile, parse
-from jaxwalk.errors import UserError
+from jaxwalk.common import files
+from jaxwalk.common.errors import UserError
 
 Name = Literal[
     "speed", "filters", "pushes", "pitch", "steps", "phases", "trade", "state", "rates", "start", "loads",
@@ -67,7 +67,7 @@ def run(argv: Sequence[str]) -> None:
     args = parse(PaperArgs, argv, "paper")
     args.check()
 
-    from jaxwalk import runtime
+    from jaxwalk.common import runtime
 
     runtime.setup()
     from jaxwalk.paper import command

@@ -12,8 +12,8 @@ from typing import Annotated, Any, TypeVar, get_args
 
 import tyro
 
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import BodyModel
-from jaxwalk.errors import UserError
 from jaxwalk.points import Point
 
 T = TypeVar("T")

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from jaxwalk import files
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import Impulses, Numbers, OptionalInt, OptionalModel, Points, Policy, parse
+from jaxwalk.common import files
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Engine
-from jaxwalk.errors import UserError
 from jaxwalk.points import Point
 
 IMPULSES = tuple(float(i) for i in range(-120, 121, 15))
@@ -73,7 +73,7 @@ def run(argv: Sequence[str]) -> None:
     args = parse(PushMapArgs, argv, "push-map")
     args.check()
 
-    from jaxwalk import runtime
+    from jaxwalk.common import runtime
 
     runtime.setup()
     from jaxwalk.pushmap import command

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from jaxwalk import files
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import OptionalFloat, OptionalModel, Policy, parse
-from jaxwalk.errors import UserError
+from jaxwalk.common import files
+from jaxwalk.common.errors import UserError
 
 SUFFIXES = (".mp4", ".gif", ".png")
 
@@ -77,7 +77,7 @@ def run(argv: Sequence[str]) -> None:
     args = parse(RenderArgs, argv, "render")
     args.check()
 
-    from jaxwalk import runtime
+    from jaxwalk.common import runtime
 
     runtime.setup()
     from jaxwalk import render

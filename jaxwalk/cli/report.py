@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
-from jaxwalk import files
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import OptionalFile, Policy, parse
-from jaxwalk.errors import UserError
+from jaxwalk.common import files
+from jaxwalk.common.errors import UserError
 
 Name = Literal["compare", "evaluate", "push-map", "generalise", "sensitivity", "agreement", "gait", "bench"]
 """Parts of the report, in their order on the page: each is the command of that name."""
@@ -60,7 +60,7 @@ def run(argv: Sequence[str]) -> None:
     args = parse(ReportArgs, argv, "report")
     args.check()
 
-    from jaxwalk import runtime
+    from jaxwalk.common import runtime
 
     runtime.setup()
     from jaxwalk.report import command

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from jaxwalk import files
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import Impulses, Numbers, Policy, parse
+from jaxwalk.common import files
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Engine
-from jaxwalk.errors import UserError
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def run(argv: Sequence[str]) -> None:
     args = parse(SensitivityArgs, argv, "sensitivity")
     args.check()
 
-    from jaxwalk import runtime
+    from jaxwalk.common import runtime
 
     runtime.setup()
     from jaxwalk.sensitivity import command

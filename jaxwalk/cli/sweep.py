@@ -11,11 +11,12 @@ from typing import Annotated, Literal
 
 import tyro
 
-from jaxwalk import config_io, files
+from jaxwalk import config_io
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import OptionalFile, parse, parse_known
+from jaxwalk.common import files
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config
-from jaxwalk.errors import UserError
 from jaxwalk.presets import PRESETS, PresetName, of_machine
 from jaxwalk.sweep import space
 
@@ -92,7 +93,7 @@ def run(argv: Sequence[str]) -> None:
     if find_spec("optuna") is None:
         raise UserError("jaxwalk sweep needs the package optuna: pip install 'jaxwalk[sweep]'")
 
-    from jaxwalk import runtime
+    from jaxwalk.common import runtime
 
     runtime.setup()
     from jaxwalk.sweep import command

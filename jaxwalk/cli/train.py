@@ -11,12 +11,14 @@ from typing import Annotated
 
 import tyro
 
-from jaxwalk import config_io, distributed, run_folder, runtime, seeds
+from jaxwalk import config_io, run_folder, seeds
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import Given, OptionalFile, parse, parse_known
+from jaxwalk.common import runtime
+from jaxwalk.common.errors import UserError
+from jaxwalk.common.parallel import launch
+from jaxwalk.common.parallel.launch import Place
 from jaxwalk.config import Config
-from jaxwalk.distributed import Place
-from jaxwalk.errors import UserError
 from jaxwalk.presets import PRESETS, PresetName, of_machine
 
 
@@ -114,15 +116,16 @@ def run(argv: Sequence[str]) -> None:
     runtime.setup()
     with contextlib.ExitStack() as stack:
         if args.distributed:
-            stack.enter_context(distributed.joined(args.place, f"go on with {_resumed(args)}"))
+            stack.enter_context(launch.joined(args.place, f"go on with {_resumed(args)}"))
         import jax
 
-        from jaxwalk import stepping, together, train
+        from jaxwalk import stepping, train
+        from jaxwalk.common.parallel import collectives
         from jaxwalk.walker import VARIABLE
 
-        if args.distributed and together.any_of(stepping.problem() is not None)[0]:
+        if args.distributed and collectives.any_of(stepping.problem() is not None)[0]:
             os.environ[VARIABLE] = "off"  # where one process has no native code, none uses it
-        if args.resume is None and together.first():
+        if args.resume is None and collectives.first():
             named = any(word.partition("=")[0] == "--preset" for word in argv)
             chosen = "" if named else f", for {jax.default_backend()}"
             print(f"preset {args.preset}{chosen}", flush=True)

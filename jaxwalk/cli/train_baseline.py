@@ -12,7 +12,7 @@ import tyro
 from jaxwalk import run_folder
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import OptionalFile, parse
-from jaxwalk.errors import UserError
+from jaxwalk.common.errors import UserError
 
 LEARNED = "in Brax, on the default task, from the same first step as jaxwalk train"
 
@@ -164,7 +164,7 @@ def run(argv: Sequence[str]) -> None:
     args = parse(ALGORITHMS[name], rest, f"train-baseline {name}")
     args.check()
 
-    from jaxwalk import runtime
+    from jaxwalk.common import runtime
 
     runtime.setup()
     from jaxwalk import brax_baselines

@@ -43,7 +43,7 @@ def run(argv: Sequence[str]) -> None:
     args = parse(ViewArgs, argv, "view")
     args.check()
 
-    from jaxwalk import runtime
+    from jaxwalk.common import runtime
 
     runtime.setup()
     from jaxwalk.watch import view

@@ -10,9 +10,9 @@ from typing import Any
 
 from jaxwalk import config_io, run_folder, subjects
 from jaxwalk.cli import checks
+from jaxwalk.common.errors import UserError
 from jaxwalk.compare.entry import Entry
 from jaxwalk.config import Config
-from jaxwalk.errors import UserError
 from jaxwalk.subjects import Subject
 
 # What makes two walkers' pushes comparable; the rest is the policy's own.

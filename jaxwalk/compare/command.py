@@ -10,8 +10,9 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from jaxwalk import evaluate, files, results, stepping
+from jaxwalk import evaluate, results, stepping
 from jaxwalk.cli.evaluate import EvaluateArgs
+from jaxwalk.common import files
 from jaxwalk.compare import cast, entry, picture, summary
 from jaxwalk.compare.cast import Member
 from jaxwalk.compare.summary import WAYS, Figures

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from jaxwalk import seeds
-from jaxwalk.errors import UserError
+from jaxwalk.common.errors import UserError
 
 
 @dataclass(frozen=True)

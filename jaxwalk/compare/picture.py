@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from jaxwalk import plots
+from jaxwalk.common import figures
 from jaxwalk.compare.summary import WAYS, ends
 from jaxwalk.statistics import SURVIVED
 
@@ -27,7 +27,7 @@ def draw(result: dict[str, Any], path: Path) -> None:
       path: PNG file, replaced if there.
     """
     policies = result["policies"]
-    figure = plots.new_figure(12.0, 2.2 + max(2.6, 0.42 * len(policies)))
+    figure = figures.new_figure(12.0, 2.2 + max(2.6, 0.42 * len(policies)))
     left, right = figure.subplots(1, 2, width_ratios=(1, 1.25))
     _thresholds(left, result)
     _survival(right, result)
@@ -37,7 +37,7 @@ def draw(result: dict[str, Any], path: Path) -> None:
         axes.axvline(0, color="0.4", linewidth=0.8)
     figure.legend(*right.get_legend_handles_labels(), loc="outside lower center", ncols=min(5, len(policies)),
                   frameon=False, fontsize=9)  # fmt: skip
-    plots.write_png(figure, path)
+    figures.write_png(figure, path)
 
 
 def _style(i: int) -> dict[str, Any]:

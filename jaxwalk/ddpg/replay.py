@@ -13,8 +13,8 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Bool, UInt32
 
+from jaxwalk.common.parallel.devices import anywhere
 from jaxwalk.ddpg.types import Leaf, Transition
-from jaxwalk.devices import anywhere
 
 
 @jax.tree_util.register_dataclass

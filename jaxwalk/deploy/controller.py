@@ -7,12 +7,12 @@ import os
 
 import numpy as np
 
+from jaxwalk.common.errors import UserError
 from jaxwalk.deploy import back_step, controllers, footstep, gait, kinematics, person, policy, sensors
 from jaxwalk.deploy.gait import Clock
 from jaxwalk.deploy.kinematics import Posture
 from jaxwalk.deploy.policy import Policy
 from jaxwalk.deploy.sensors import Estimate, Filter, Sensors
-from jaxwalk.errors import UserError
 
 
 class Controller:

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from jaxwalk import arrays, reading
-from jaxwalk.errors import UserError
+from jaxwalk.common import untrusted, untrusted_arrays
+from jaxwalk.common.errors import UserError
 
 FORMAT_VERSION = 1
 MANIFEST = "jaxwalk_deploy"
@@ -27,17 +27,17 @@ def read(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, np.nda
     path = Path(path)
     readers = {".safetensors": _safetensors, ".npz": _npz}
     if path.suffix not in readers:
-        raise UserError(reading.unreadable(path, "neither .safetensors nor .npz", _CURE))
-    content = reading.content(path, MAX_BYTES, _CURE)
+        raise UserError(untrusted.unreadable(path, "neither .safetensors nor .npz", _CURE))
+    content = untrusted.content(path, MAX_BYTES, _CURE)
     try:
         text, tensors = readers[path.suffix](content)
         if text is None:
-            raise reading.Bad("not of an exported policy")
-        manifest = reading.parse(text)
+            raise untrusted.Bad("not of an exported policy")
+        manifest = untrusted.parse(text)
         if not isinstance(manifest, dict):
-            raise reading.Bad("its manifest is damaged")
-    except reading.Bad as bad:
-        raise UserError(reading.unreadable(path, bad, _CURE)) from None
+            raise untrusted.Bad("its manifest is damaged")
+    except untrusted.Bad as bad:
+        raise UserError(untrusted.unreadable(path, bad, _CURE)) from None
     version = manifest.get("format_version")
     if version != FORMAT_VERSION:
         raise UserError(
@@ -47,11 +47,11 @@ def read(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, np.nda
 
 
 def _safetensors(content: bytes) -> tuple[str | None, dict[str, np.ndarray]]:
-    metadata, tensors = arrays.safetensors(content)
+    metadata, tensors = untrusted_arrays.safetensors(content)
     return metadata.get(MANIFEST), tensors
 
 
 def _npz(content: bytes) -> tuple[str | None, dict[str, np.ndarray]]:
-    found = arrays.npz(content, MAX_BYTES)
+    found = untrusted_arrays.npz(content, MAX_BYTES)
     text = found.pop(MANIFEST, None)
     return None if text is None or text.ndim or text.dtype.kind != "U" else str(text), found

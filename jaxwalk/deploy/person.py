@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import GaitConfig
-from jaxwalk.errors import UserError
 
 
 @dataclass(frozen=True)

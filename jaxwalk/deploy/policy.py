@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from jaxwalk import config_io
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import GaitConfig, Observable
 from jaxwalk.deploy import file, person
-from jaxwalk.errors import UserError
 
 _LONGEST_WINDOW = 10_000  # ticks of the moving mean
 

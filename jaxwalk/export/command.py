@@ -10,9 +10,10 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import files, policy, run_folder, subjects
+from jaxwalk import policy, run_folder, subjects
 from jaxwalk.cli import lines
-from jaxwalk.errors import UserError
+from jaxwalk.common import files
+from jaxwalk.common.errors import UserError
 from jaxwalk.export import c, manifest, onnx, selftest, stablehlo, tensors
 from jaxwalk.watch import replay
 from jaxwalk.watch.replay import Replay

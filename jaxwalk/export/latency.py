@@ -14,7 +14,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import deploy, files, policy, results, subjects
+from jaxwalk import deploy, policy, results, subjects
+from jaxwalk.common import files
 from jaxwalk.export import c_runtime, closed_loop, command, onnx, stablehlo
 
 if TYPE_CHECKING:

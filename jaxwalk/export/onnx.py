@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from jaxwalk import policy
+from jaxwalk.common.errors import UserError
 from jaxwalk.deploy.file import MANIFEST
-from jaxwalk.errors import UserError
 from jaxwalk.export import manifest
 
 _OPSET, _IR = 17, 8  # of 2022: old runtimes read it too

@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from jaxwalk import reading
-from jaxwalk.errors import UserError
+from jaxwalk.common import untrusted
+from jaxwalk.common.errors import UserError
 
 VECTORS, C_TEST = "selftest.json", "selftest.c"
 TOLERANCE = 1e-6
@@ -27,7 +27,7 @@ C_FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2")
 
 def vectors(path: Path) -> dict[str, np.ndarray]:
     """``observations`` [N, O], ``actions`` and ``commands`` [N, A] of a ``selftest.json``."""
-    told = reading.read_json(path, "export the policy anew")
+    told = untrusted.read_json(path, "export the policy anew")
     try:
         names = ("observations", "actions", "commands")
         found = {name: np.array(told[name], np.float32) for name in names}

@@ -17,9 +17,10 @@ import numpy as np
 from jax import export
 from jaxtyping import Array, Float
 
-from jaxwalk import arrays, policy, reading
+from jaxwalk import policy
+from jaxwalk.common import untrusted, untrusted_arrays
+from jaxwalk.common.errors import UserError
 from jaxwalk.deploy.file import MAX_BYTES
-from jaxwalk.errors import UserError
 from jaxwalk.export import manifest
 
 PLATFORMS = ("cpu", "cuda")
@@ -51,13 +52,13 @@ def load(path: Path) -> export.Exported:
       UserError: it cannot be read, or is no such file.
     """
     cure = "export the policy anew"
-    content = reading.content(path, MAX_BYTES, cure)
+    content = untrusted.content(path, MAX_BYTES, cure)
     try:
-        program = arrays.members(content, MAX_BYTES)[_PROGRAM]
-    except reading.Bad as bad:
-        raise UserError(reading.unreadable(path, bad, cure)) from None
+        program = untrusted_arrays.members(content, MAX_BYTES)[_PROGRAM]
+    except untrusted.Bad as bad:
+        raise UserError(untrusted.unreadable(path, bad, cure)) from None
     except KeyError:
-        raise UserError(reading.unreadable(path, f"there is no {_PROGRAM} in it", cure)) from None
+        raise UserError(untrusted.unreadable(path, f"there is no {_PROGRAM} in it", cure)) from None
     return export.deserialize(bytearray(program))
 
 

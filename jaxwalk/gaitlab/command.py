@@ -14,8 +14,9 @@ from rich.progress import Progress
 from rich.table import Table
 from rich.text import Text
 
-from jaxwalk import files, reading, results, stepping, subjects
-from jaxwalk.errors import UserError
+from jaxwalk import results, stepping, subjects
+from jaxwalk.common import files, untrusted
+from jaxwalk.common.errors import UserError
 from jaxwalk.gaitlab import measures, picture, report, signals
 from jaxwalk.gaitlab.report import Report
 
@@ -37,10 +38,10 @@ def check_free(folder: Path, identity: dict[str, Any]) -> None:
             if os.path.lexists(folder / name):
                 raise UserError(f"{folder / name} is of no gait report: give --out another folder")
         return
-    stored = reading.read_json(path, "give --out another folder")
+    stored = untrusted.read_json(path, "give --out another folder")
     if not isinstance(stored, dict) or not identity.keys() <= stored.keys():
         raise UserError(f"{path} is no gait report: give --out another folder")
-    if {name: stored[name] for name in identity} != reading.parse(files.to_json(identity)):
+    if {name: stored[name] for name in identity} != untrusted.parse(files.to_json(identity)):
         raise UserError(
             f"{path} holds the report of another policy or other options: give --out another folder"
         )

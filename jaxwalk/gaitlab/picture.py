@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from jaxwalk import files
+from jaxwalk.common import files
 from jaxwalk.gaitlab import signals
 from jaxwalk.gaitlab.report import SIDES, Report
 

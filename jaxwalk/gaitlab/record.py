@@ -13,7 +13,8 @@ from flax import struct
 from jaxtyping import Array, Bool, Float
 from mujoco import mjx
 
-from jaxwalk import devices, kinematics, physics, pushes, rollout, stepper, walker
+from jaxwalk import kinematics, physics, pushes, rollout, stepper, walker
+from jaxwalk.common.parallel import devices
 from jaxwalk.gaitlab import forces
 from jaxwalk.gaitlab.forces import Forces
 from jaxwalk.stepper import Stepper, Task

@@ -12,8 +12,8 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxwalk import scenarios
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import REFERENCE_MASS
-from jaxwalk.errors import UserError
 from jaxwalk.gaitlab import energy, human, measures, record, signals, strides
 from jaxwalk.gaitlab.human import Human
 from jaxwalk.gaitlab.record import Ticks

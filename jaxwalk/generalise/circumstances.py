@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from jaxwalk import subjects
 from jaxwalk.burdens import Burden
 from jaxwalk.cli.generalise import KINDS
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config
-from jaxwalk.errors import UserError
 from jaxwalk.similarity import Similarity
 from jaxwalk.subjects import Subject
 

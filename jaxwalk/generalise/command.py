@@ -9,9 +9,10 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import evaluate, files, results, stepping, subjects, sweeps
+from jaxwalk import evaluate, results, stepping, subjects, sweeps
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.cli.generalise import NOBODY
+from jaxwalk.common import files
 from jaxwalk.compare import cast
 from jaxwalk.config import Config
 from jaxwalk.evaluate import Programs, Tell

@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import SubFigure
 from matplotlib.lines import Line2D
 
-from jaxwalk import plots, sweeps
+from jaxwalk import sweeps
+from jaxwalk.common import figures
 from jaxwalk.sweeps import Rows
 
 LABELS = {
@@ -43,7 +44,7 @@ def draw(result: dict[str, Any], path: Path) -> None:
     kinds = list(dict.fromkeys(row["kind"] for row in rows))
     bands = [kinds[at : at + _ACROSS] for at in range(0, len(kinds), _ACROSS)]
     across = max(map(len, bands))
-    figure = plots.new_figure(max(6.5, 1.0 + 3.1 * across), 0.9 + 5.6 * len(bands))
+    figure = figures.new_figure(max(6.5, 1.0 + 3.1 * across), 0.9 + 5.6 * len(bands))
     names = list(dict.fromkeys(row["policy"] for row in rows))
     parts = figure.subfigures(len(bands), 1, squeeze=False)[:, 0]
     for part, band in zip(parts, bands, strict=True):
@@ -53,7 +54,7 @@ def draw(result: dict[str, Any], path: Path) -> None:
         fontsize=11, x=0.01, ha="left",
     )  # fmt: skip
     figure.legend(handles=_legend(names), loc="outside lower left", ncols=len(names) + 2, frameon=False)
-    plots.write_png(figure, path)
+    figures.write_png(figure, path)
 
 
 def _band(part: SubFigure, kinds: list[str], across: int, rows: Rows, names: list[str]) -> None:

@@ -15,10 +15,11 @@ from matplotlib.figure import Figure
 from PIL import Image
 from rich.console import Console
 
-from jaxwalk import evaluate, files, plots, stepping, subjects
+from jaxwalk import evaluate, stepping, subjects
 from jaxwalk.cli import lines
 from jaxwalk.cli.paper import NAMES, PaperArgs
-from jaxwalk.errors import UserError
+from jaxwalk.common import figures, files
+from jaxwalk.common.errors import UserError
 from jaxwalk.paper import page, trainings
 from jaxwalk.paper.claim import Claim
 from jaxwalk.paper.claims import registry
@@ -113,7 +114,7 @@ def _told(claim: Claim, store: Store, args: PaperArgs) -> Told:
     if said.figure is None:
         return told
     picture = args.out / f"{claim.name}.png"
-    plots.write_png(said.figure, picture)
+    figures.write_png(said.figure, picture)
     png = picture.read_bytes()
     width, height = Image.open(io.BytesIO(png)).size
     return dataclasses.replace(told, png=png, width=width, height=height)

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter
 
-from jaxwalk import plots
+from jaxwalk.common import figures
 from jaxwalk.paper.claim import BODIES
 from jaxwalk.paper.trainings import TRAININGS
 from jaxwalk.sweeps import BLUE, ORANGE
@@ -23,7 +23,7 @@ def panels(
     rows: int, columns: int, width: float = 4.2, height: float = 2.9, **more: Any
 ) -> tuple[Figure, Any]:
     """A figure and its [rows, columns] panels, ready to draw in."""
-    figure = plots.new_figure(width * columns + 0.4, height * rows + 0.3)
+    figure = figures.new_figure(width * columns + 0.4, height * rows + 0.3)
     axes = figure.subplots(rows, columns, squeeze=False, **more)
     for one in axes.flat:
         one.grid(color="0.92")

@@ -8,9 +8,10 @@ import os
 from collections.abc import Mapping
 from typing import Any
 
-from jaxwalk import files, results
+from jaxwalk import results
 from jaxwalk.cli.paper import PaperArgs
-from jaxwalk.errors import UserError
+from jaxwalk.common import files
+from jaxwalk.common.errors import UserError
 from jaxwalk.paper.claim import Claim
 from jaxwalk.subjects import Subject
 

@@ -14,7 +14,8 @@ import numpy as np
 from flax import struct
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from jaxwalk import devices, pushes, rollout, scenarios, stepper, stepping
+from jaxwalk import pushes, rollout, scenarios, stepper, stepping
+from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
 from jaxwalk.stepper import Stepper, Task
 from jaxwalk.subjects import Subject

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from jaxwalk import files, policy, reading, run_folder
-from jaxwalk.errors import UserError
+from jaxwalk import policy, run_folder
+from jaxwalk.common import files, untrusted
+from jaxwalk.common.errors import UserError
 
 POLICIES, CURVES = "policies", "curves"
 _COLUMNS = ("footsteps", "survival", "score")
@@ -95,7 +96,7 @@ def digest(folder: Path, names: Sequence[str]) -> str:
     for name in names:
         for seed in TRAININGS[name].seeds:
             for path in (policy_file(folder, name, seed), curve_file(folder, name, seed)):
-                content = reading.content(path, reading.MAX_JSON, _CURE) if path.is_file() else b"-"
+                content = untrusted.content(path, untrusted.MAX_JSON, _CURE) if path.is_file() else b"-"
                 hashed.update(hashlib.sha256(content).digest())
     return hashed.hexdigest()
 
@@ -152,7 +153,7 @@ def curve(folder: Path, name: str, seed: int) -> Curve:
       UserError: it is missing or damaged.
     """
     path = curve_file(folder, name, seed)
-    content = reading.content(path, reading.MAX_JSON, _CURE).decode(errors="replace")
+    content = untrusted.content(path, untrusted.MAX_JSON, _CURE).decode(errors="replace")
     text = "\n".join(line for line in content.splitlines() if not line.startswith("#"))
     try:
         rows = [[float(row[column]) for column in _COLUMNS] for row in csv.DictReader(io.StringIO(text))]

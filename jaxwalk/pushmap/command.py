@@ -10,8 +10,9 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table as Screen
 
-from jaxwalk import body, files, physics, results, runtime, stepping, subjects
+from jaxwalk import body, physics, results, stepping, subjects
 from jaxwalk.capturability import Pendulum
+from jaxwalk.common import files, runtime
 from jaxwalk.config import to_dict
 from jaxwalk.pushmap import picture, run, summary, table
 from jaxwalk.pushmap.grid import Grid

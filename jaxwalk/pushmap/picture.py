@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from jaxwalk import plots
+from jaxwalk.common import figures
 from jaxwalk.points import Point
 
 _WIDE = 4  # panels in a row, at most
@@ -29,7 +29,7 @@ def draw(result: dict[str, Any], title: str, path: Path) -> None:
     shown = [(d, p) for d in range(len(result["durations"])) for p in range(len(result["points"]))]
     columns = len(result["points"]) if len(result["points"]) <= _WIDE else _WIDE
     rows = -(-len(shown) // columns)
-    figure = plots.new_figure(1.6 + 5.2 * columns, 1.0 + 4.6 * rows)
+    figure = figures.new_figure(1.6 + 5.2 * columns, 1.0 + 4.6 * rows)
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     image = None
     for axes, (d, p) in zip(panels.flat, shown, strict=False):
@@ -49,7 +49,7 @@ def draw(result: dict[str, Any], title: str, path: Path) -> None:
     free.legend(*told.get_legend_handles_labels(), fontsize=7, loc="center right", framealpha=0.9)
     figure.colorbar(image, ax=panels, label="share that survives", shrink=0.8)
     figure.suptitle(title, fontsize=11, x=0.01, ha="left")
-    plots.write_png(figure, path)
+    figures.write_png(figure, path)
 
 
 def _panel(axes: Axes, result: dict[str, Any], part: dict[str, Any]) -> Any:

@@ -11,9 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from jaxwalk import devices, evaluate, pushes, scenarios
+from jaxwalk import evaluate, pushes, scenarios
+from jaxwalk.common.errors import UserError
+from jaxwalk.common.parallel import devices
 from jaxwalk.config import Engine
-from jaxwalk.errors import UserError
 from jaxwalk.pushmap.table import Table
 from jaxwalk.stepper import Task
 from jaxwalk.subjects import Subject

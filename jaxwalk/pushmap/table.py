@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jaxwalk import arrays, files, reading
-from jaxwalk.errors import UserError
+from jaxwalk.common import files, untrusted, untrusted_arrays
+from jaxwalk.common.errors import UserError
 from jaxwalk.pushmap.grid import Grid
 
 NAME = "map.npz"
@@ -81,11 +81,11 @@ def resume(folder: Path, grid: Grid, identity: dict[str, Any]) -> Table:
     if not os.path.lexists(path):
         return Table.empty(grid, identity)
     most = 2**20 + _MOST_PER_TRIAL * grid.size
-    content = reading.content(path, most, _CURE)
+    content = untrusted.content(path, most, _CURE)
     try:
-        stored = arrays.npz(content, most)
-    except reading.Bad as bad:
-        raise UserError(reading.unreadable(path, bad, _CURE)) from None
+        stored = untrusted_arrays.npz(content, most)
+    except untrusted.Bad as bad:
+        raise UserError(untrusted.unreadable(path, bad, _CURE)) from None
     kinds = {"done": np.bool_, **RESULTS}
     if not {"about", *kinds} <= stored.keys() or stored["about"].dtype.kind != "U":
         raise UserError(f"{path} is no push map: {_CURE}")

@@ -14,8 +14,9 @@ from typing import Any
 
 from PIL import Image
 
-from jaxwalk import config_io, files, reading, results, subjects
-from jaxwalk.errors import UserError
+from jaxwalk import config_io, results, subjects
+from jaxwalk.common import files, untrusted
+from jaxwalk.common.errors import UserError
 from jaxwalk.report.parts import Part
 from jaxwalk.subjects import Subject
 
@@ -119,7 +120,7 @@ def members(result: dict[str, Any]) -> list[dict[str, Any]]:
 
 def _picture(path: Path, beside: Path) -> Picture:
     cure = f"move {beside} away to have both made anew"
-    content = reading.content(path, MAX_PICTURE, cure)
+    content = untrusted.content(path, MAX_PICTURE, cure)
     try:
         # Its pixels are for the reader of the page to unpack.
         with warnings.catch_warnings():
@@ -128,4 +129,4 @@ def _picture(path: Path, beside: Path) -> Picture:
                 image.verify()
                 return Picture(content, *image.size)
     except _DAMAGED_PNG as error:
-        raise UserError(reading.unreadable(path, f"{error!s:.100}", cure)) from None
+        raise UserError(untrusted.unreadable(path, f"{error!s:.100}", cure)) from None

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
-from jaxwalk import config_io, files, subjects
+from jaxwalk import config_io, subjects
 from jaxwalk.cli import lines
+from jaxwalk.common import files
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config
-from jaxwalk.errors import UserError
 from jaxwalk.report import collect, headline, page
 from jaxwalk.report.collect import Found
 from jaxwalk.report.page import Figure, Page

@@ -9,8 +9,9 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import evaluate, files, results, stepping, subjects, sweeps
+from jaxwalk import evaluate, results, stepping, subjects, sweeps
 from jaxwalk.cli.evaluate import EvaluateArgs
+from jaxwalk.common import files
 from jaxwalk.config import Config
 from jaxwalk.evaluate import Tell
 from jaxwalk.sensitivity import picture

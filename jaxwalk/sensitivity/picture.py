@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from jaxwalk import plots, sweeps
+from jaxwalk import sweeps
+from jaxwalk.common import figures
 
 _LABELS = {  # and the unit that its values are shown in
     "timestep": ("time step, ms", 1e-3),
@@ -28,7 +29,7 @@ def draw(result: dict[str, Any], title: str, path: Path) -> None:
       result: of ``sensitivity``.
       path: PNG file, replaced if there.
     """
-    figure = plots.new_figure(3.3 * len(_LABELS), 7.2)
+    figure = figures.new_figure(3.3 * len(_LABELS), 7.2)
     panels = figure.subplots(3, len(_LABELS), sharex="col", sharey="row")
     for column, (parameter, (label, unit)) in enumerate(_LABELS.items()):
         rows = [row for row in result["rows"] if row["parameter"] == parameter]
@@ -50,4 +51,4 @@ def draw(result: dict[str, Any], title: str, path: Path) -> None:
     for axes in panels[1:, 0]:
         axes.legend(frameon=False, fontsize=8, loc="lower left")
     figure.suptitle(f"{title} (grey: its own)", fontsize=11, x=0.01, ha="left")
-    plots.write_png(figure, path)
+    figures.write_png(figure, path)

@@ -7,8 +7,8 @@ import math
 from dataclasses import dataclass
 
 from jaxwalk import config_io
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, SensorConfig
-from jaxwalk.errors import UserError
 
 PARAMETERS = {  # field of the physics -> its option
     "timestep": "--timesteps",

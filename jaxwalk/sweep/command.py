@@ -13,9 +13,10 @@ from optuna.exceptions import TrialPruned
 from optuna.study import Study
 from optuna.trial import Trial
 
-from jaxwalk import config_io, files, run_folder, train
+from jaxwalk import config_io, run_folder, train
+from jaxwalk.common import files
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config
-from jaxwalk.errors import UserError
 from jaxwalk.sweep import report, space, study
 from jaxwalk.train.assess import Marks
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from jaxwalk import plots
+from jaxwalk.common import figures
 from jaxwalk.sweep.space import Dimension, Range
 
 _BLUE, _ORANGE, _GREY = "#2f6db5", "#d9742b", "0.7"
@@ -30,7 +30,7 @@ def draw(
     """
     panels = 2 + len(dimensions)
     lines = -(-panels // _COLUMNS)
-    figure = plots.new_figure(3.4 * min(panels, _COLUMNS), 3.0 * lines)
+    figure = figures.new_figure(3.4 * min(panels, _COLUMNS), 3.0 * lines)
     axes = np.atleast_1d(figure.subplots(lines, min(panels, _COLUMNS))).ravel()
     for one in axes:
         one.grid(color="0.92")
@@ -42,7 +42,7 @@ def draw(
     _importance(axes[1], importance)
     for one, dimension in zip(axes[2:], dimensions, strict=False):
         _over(one, scored, dimension)
-    plots.write_png(figure, path)
+    figures.write_png(figure, path)
 
 
 def _history(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:

@@ -12,7 +12,8 @@ from optuna.trial import FrozenTrial, TrialState
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import files, results
+from jaxwalk import results
+from jaxwalk.common import files
 from jaxwalk.sweep import picture, space
 from jaxwalk.sweep.space import Dimension
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from jaxwalk import config_io
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, to_dict
-from jaxwalk.errors import UserError
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,8 @@ from optuna.samplers import BaseSampler, TPESampler
 from optuna.study import Study
 from optuna.trial import FrozenTrial, Trial, TrialState
 
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, to_dict
-from jaxwalk.errors import UserError
 from jaxwalk.sweep import space
 from jaxwalk.sweep.space import Dimension, Range
 

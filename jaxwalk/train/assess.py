@@ -10,7 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax.sharding import Mesh
 
-from jaxwalk import devices, scenarios, stepping, together
+from jaxwalk import scenarios, stepping
+from jaxwalk.common.parallel import collectives, devices
 from jaxwalk.config import Config
 from jaxwalk.ddpg import learner
 from jaxwalk.ddpg.learner import LearnerState
@@ -87,14 +88,14 @@ class Exam:
         # Calm names the policy, not the sensors: those are as noisy as in training.
         self.scenarios = scenarios.batch(config, impulse, phase, scenarios.keys(seed, purpose, count))
         self.is_calm = impulse == 0
-        self.runner = Runner(Task.of(config), act, len(together.share(count)), devices.local(mesh))
+        self.runner = Runner(Task.of(config), act, len(collectives.share(count)), devices.local(mesh))
         self.profile = Profile(jnp.zeros(BINS), jnp.float32(0.6))
 
     def __call__(self, params: Params) -> tuple[Marks, Trial]:
         """Run all scenarios, without exploration; ``params`` as `devices.here` gives them."""
-        mine = together.share(len(self.is_calm))
+        mine = collectives.share(len(self.is_calm))
         own = jax.tree.map(lambda x: x[mine], self.scenarios)
-        trials = together.gather(self.runner.run(params, self.config.gait, self.profile, own, SECONDS))
+        trials = collectives.gather(self.runner.run(params, self.config.gait, self.profile, own, SECONDS))
         trials = jax.tree.map(lambda x: x[: len(self.is_calm)], trials)
         return self.mark(trials), trials
 

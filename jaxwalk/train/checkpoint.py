@@ -24,8 +24,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from jaxwalk import together
-from jaxwalk.errors import UserError
+from jaxwalk.common.errors import UserError
+from jaxwalk.common.parallel import collectives
 
 KEPT = 2
 _NOT_ITS_FAULT = {errno.EMFILE, errno.ENFILE, errno.EIO, errno.ENOMEM}
@@ -76,11 +76,11 @@ class Store:
         Raises:
           UserError: it cannot be written, or the one before it could not.
         """
-        parts = together.count()
+        parts = collectives.count()
         mine = np.frombuffer(_part(checkpoint, jax.process_index(), parts), np.uint8)
         rest = {
             "run": self._run,
-            "digest": _whole(checkpoint, [bytes(part) for part in together.gather(mine[None])]),
+            "digest": _whole(checkpoint, [bytes(part) for part in collectives.gather(mine[None])]),
             "parts": parts,
             "notes": dict(checkpoint.notes),
         }
@@ -216,7 +216,7 @@ class Store:
     def clear(self) -> None:
         """Close, and remove the folder: the run needs it no more."""
         self.close()
-        if together.first():
+        if collectives.first():
             shutil.rmtree(self.folder, ignore_errors=True)
 
     def _unwritten(self, error: Exception) -> str:
@@ -277,7 +277,7 @@ def pack(tree: Any) -> dict[str, np.ndarray | jax.Array]:
     To the host, whence they are written in a third of the time; where they lie, if other processes hold
     parts of them.
     """
-    if together.count() == 1:
+    if collectives.count() == 1:
         # Copies: on a CPU, JAX hands out its own buffers, which training gives up.
         leaves = jax.tree_util.tree_leaves_with_path(jax.tree.map(_plain, tree))
         return {_name(path): np.array(x) for path, x in leaves}

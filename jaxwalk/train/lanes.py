@@ -18,7 +18,7 @@ import numpy as np
 from jax.sharding import AxisType, Mesh, NamedSharding, PartitionSpec
 from jaxtyping import Array, Bool
 
-from jaxwalk import devices
+from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
 from jaxwalk.stepper import Task
 from jaxwalk.train import loop

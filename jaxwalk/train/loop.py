@@ -20,12 +20,13 @@ from flax import struct
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 from jaxtyping import Array, Float, Int, Key, PRNGKeyArray
 
-from jaxwalk import footstep, together, walker, windows
+from jaxwalk import footstep, walker, windows
+from jaxwalk.common.parallel import collectives
+from jaxwalk.common.parallel.devices import AXIS
 from jaxwalk.config import Config
 from jaxwalk.ddpg import learner, noise, replay
 from jaxwalk.ddpg.learner import LearnerState
 from jaxwalk.ddpg.replay import Replay
-from jaxwalk.devices import AXIS
 from jaxwalk.stepper import Stepper, Task
 
 
@@ -89,7 +90,7 @@ def rings(config: Config) -> int:
 def init(config: Config, mesh: Mesh, seed: int) -> TrainState:
     """A run at its start, laid out over the mesh, whose devices must divide `rings`."""
     program = _initial(config, mesh)
-    together.meet()  # compiled, or one that has to would keep the others waiting amid the program
+    collectives.meet()  # compiled, or one that has to would keep the others waiting amid the program
     return program(np.uint32(seed))
 
 

@@ -11,10 +11,11 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from jaxwalk import devices, policy, run_folder, seeds, windows
+from jaxwalk import policy, run_folder, seeds, windows
+from jaxwalk.common.errors import UserError
+from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
 from jaxwalk.ddpg import learner
-from jaxwalk.errors import UserError
 from jaxwalk.progress import Progress
 from jaxwalk.run_folder import RunFolder
 from jaxwalk.train import lanes, shortage, spread

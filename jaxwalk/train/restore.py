@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from jax.sharding import Mesh
 
-from jaxwalk import files, policy, run_folder
+from jaxwalk import policy, run_folder
+from jaxwalk.common import files
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config
-from jaxwalk.errors import UserError
 from jaxwalk.policy import Policy
 from jaxwalk.run_folder import RunFolder
 from jaxwalk.train import checkpoint, loop

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import jax
 
-from jaxwalk import devices, run_folder, stepping, together, windows
+from jaxwalk import run_folder, stepping, windows
+from jaxwalk.common.errors import UserError
+from jaxwalk.common.parallel import collectives, devices
 from jaxwalk.config import Config
-from jaxwalk.errors import UserError
 from jaxwalk.progress import Progress
 from jaxwalk.run_folder import RunFolder
 from jaxwalk.train import loop, shortage
@@ -86,7 +87,7 @@ def _open(begin: Callable[[], RunFolder]) -> tuple[RunFolder, str]:
         return f"{run_folder.identity(mine[0].path)} {mine[0].path}"
 
     # Told rather than read: a shared file system may be slow to show the others what was just made.
-    identity, _, path = together.told(say).partition(" ")
+    identity, _, path = collectives.told(say).partition(" ")
     return (mine[0] if mine else RunFolder(Path(path), writes=False)), identity
 
 
@@ -95,11 +96,11 @@ def _check_split(config: Config) -> None:
     UserError: several processes, and a device that would have no walkers.
     """
     count = jax.device_count()
-    if together.count() > 1 and devices.mesh(loop.rings(config)).size != count:
+    if collectives.count() > 1 and devices.mesh(loop.rings(config)).size != count:
         raise UserError(
             f"--train.walkers {config.train.walkers} and --ddpg.batch-size {config.ddpg.batch_size} cannot "
-            f"be split over the {count} devices of {together.count()} processes: give multiples of {count}, "
-            "or another number of devices"
+            f"be split over the {count} devices of {collectives.count()} processes: give multiples of "
+            f"{count}, or another number of devices"
         )
 
 
@@ -114,7 +115,7 @@ def _train(
 ) -> None:
     mesh = devices.mesh(loop.rings(config))
     if folder.writes:
-        several = f" of {together.count()} processes" if together.count() > 1 else ""
+        several = f" of {collectives.count()} processes" if collectives.count() > 1 else ""
         print(
             f"run folder {folder.path}, devices ({jax.devices()[0].platform}): {mesh.size}{several}, "
             f"stepped by {stepping.stepper_of(config)}",

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import jax
 
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config
-from jaxwalk.errors import UserError
 
 
 @contextlib.contextmanager

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from matplotlib.ticker import EngFormatter
 
-from jaxwalk import plots, run_folder, seeds
-from jaxwalk.files import write_json
+from jaxwalk import run_folder, seeds
+from jaxwalk.common import figures
+from jaxwalk.common.files import write_json
 
 _MARKS = ("score", "survival", "calm", "speed")
 _TOLD = ("interrupted", "footsteps", "seconds", "best", "finals")  # of a run's summary
@@ -75,7 +76,7 @@ def draw(rows: Mapping[int, Sequence[Mapping[str, Any]]], path: Path) -> None:
       rows: of each seed's ``metrics.jsonl``.
       path: PNG file, replaced if there.
     """
-    figure = plots.new_figure(12.0, 3.8)
+    figure = figures.new_figure(12.0, 3.8)
     for axes, (name, title, unit) in zip(figure.subplots(1, len(_PANELS)), _PANELS, strict=True):
         axes.set_title(title, loc="left", fontsize=11, fontweight="bold")
         axes.set_ylabel(unit)
@@ -98,7 +99,7 @@ def draw(rows: Mapping[int, Sequence[Mapping[str, Any]]], path: Path) -> None:
         if name == "eval/survival":
             axes.set_ylim(-0.02, 1.02)
             axes.legend(frameon=False, fontsize=9)
-    plots.write_png(figure, path)
+    figures.write_png(figure, path)
 
 
 def _curve(rows: Sequence[Mapping[str, Any]], name: str) -> tuple[np.ndarray, np.ndarray] | None:

@@ -11,11 +11,13 @@ import jax
 import numpy as np
 from jax.sharding import Mesh
 
-from jaxwalk import devices, plots, policy, together
+from jaxwalk import policy
+from jaxwalk.common import figures
+from jaxwalk.common.errors import Agreed
+from jaxwalk.common.parallel import collectives, devices
 from jaxwalk.config import Config
 from jaxwalk.ddpg import learner
 from jaxwalk.ddpg.learner import LearnerState
-from jaxwalk.errors import Agreed
 from jaxwalk.progress import Progress
 from jaxwalk.run_folder import RunFolder
 from jaxwalk.train import checkpoint, loop, restore
@@ -110,7 +112,7 @@ class Training:
         if self.config.train.checkpoint_seconds <= 0 or self.store is None:
             return
         due = time.perf_counter() - self.saved >= self.config.train.checkpoint_seconds
-        busy, due = together.any_of(self.store.busy(), due)
+        busy, due = collectives.any_of(self.store.busy(), due)
         if due and not busy:
             # The first is waited for: without it, a kill in the first report would leave nothing.
             self.save(wait=self.saved == float("-inf"))
@@ -120,9 +122,9 @@ class Training:
 
     def go(self) -> None:
         total = self.config.train.footsteps
-        if together.count() > 1:  # as in `loop.init`
+        if collectives.count() > 1:  # as in `loop.init`
             self.advance = self.advance.lower(self.state).compile()
-            together.meet()
+            collectives.meet()
         while True:
             footsteps = int(self.state.footsteps)
             if self.evaluation_due(footsteps) and not (self.rows and self._stop_wanted()):
@@ -144,7 +146,7 @@ class Training:
 
     def _stop_wanted(self) -> bool:
         """Whether any of the processes was told to stop: so all do."""
-        return together.any_of(self.stop.wanted)[0]
+        return collectives.any_of(self.stop.wanted)[0]
 
     def evaluation_due(self, footsteps: int) -> bool:
         """Whether one of the evaluations, the first at 0, has come due since the latest."""
@@ -259,7 +261,7 @@ class Training:
 
     def _draw(self) -> None:
         if self.folder.writes:
-            plots.training_png(self.rows, self.folder.picture)
+            figures.training_png(self.rows, self.folder.picture)
         self.drawn = time.perf_counter()
 
     def _settle(self) -> list[dict[str, Any]]:

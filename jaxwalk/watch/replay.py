@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from jaxwalk import __version__, physics, policy, recording, stage
-from jaxwalk.errors import UserError
+from jaxwalk.common.errors import UserError
 from jaxwalk.recording import Shove, Walk
 from jaxwalk.subjects import Subject
 from jaxwalk.watch import data, figure, page

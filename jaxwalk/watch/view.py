@@ -13,8 +13,8 @@ import mujoco
 from rich.console import Console
 
 from jaxwalk import stage, subjects
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import REFERENCE_HEIGHT
-from jaxwalk.errors import UserError
 from jaxwalk.recording import Loop
 from jaxwalk.watch import keys
 from jaxwalk.watch.keys import Wishes

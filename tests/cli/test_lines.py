@@ -20,7 +20,7 @@ from jaxwalk.cli.parse import parse
 from jaxwalk.cli.push_map import PushMapArgs
 from jaxwalk.cli.report import ReportArgs
 from jaxwalk.cli.sensitivity import SensitivityArgs
-from jaxwalk.files import to_json
+from jaxwalk.common.files import to_json
 
 CASES = [
     ("evaluate", EvaluateArgs("fixed", impulses=(-100.0, 0.1, 1 / 3), height=1.4, json=Path("a b/e.json"))),

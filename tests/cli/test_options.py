@@ -19,7 +19,7 @@ def test_train_without_options_is_the_default_configuration(jaxwalk_cli, called)
 
 @pytest.mark.parametrize("there, preset", [(True, "gpu"), (False, "default")])
 def test_the_preset_is_that_of_what_jax_finds(monkeypatch, there, preset):
-    monkeypatch.setattr("jaxwalk.runtime.has_accelerator", lambda: there)
+    monkeypatch.setattr("jaxwalk.common.runtime.has_accelerator", lambda: there)
     assert read(["--seed", "3"]).config == PRESETS[preset]
     assert configured(64) == dataclasses.replace(
         PRESETS[preset],

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from jaxwalk.common.errors import UserError
 from jaxwalk.compare import entry, summary
-from jaxwalk.errors import UserError
 
 REACH = {"forward": 80.0, "backward": 60.0}
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import kinds
 from hypothesis import HealthCheck, Phase, given, settings
 
-from jaxwalk.errors import UserError
+from jaxwalk.common.errors import UserError
 
 
 def said(read: Callable[[], object], path: Path) -> str | None:

@@ -15,9 +15,10 @@ import numpy as np
 from hypothesis import strategies as st
 from PIL import Image
 
-from jaxwalk import deploy, files, policy, results, run_folder, subjects
+from jaxwalk import deploy, policy, results, run_folder, subjects
 from jaxwalk.cli.gait import GaitArgs
 from jaxwalk.cli.report import ReportArgs
+from jaxwalk.common import files
 from jaxwalk.compare import cast
 from jaxwalk.compare.entry import Entry
 from jaxwalk.config import Config, DDPGConfig

@@ -17,8 +17,9 @@ sys.path.append(str(Path(__file__).parent))
 
 import mutations
 
-from jaxwalk import arrays, deploy, policy, reading, results, run_folder
-from jaxwalk.errors import UserError
+from jaxwalk import deploy, policy, results, run_folder
+from jaxwalk.common import untrusted, untrusted_arrays
+from jaxwalk.common.errors import UserError
 from jaxwalk.pushmap import table
 from jaxwalk.pushmap.grid import Grid
 from jaxwalk.train.checkpoint import Checkpoint, Store
@@ -138,8 +139,8 @@ def test_json_without_end(tmp_path, case):
 
 def test_a_name_that_is_there_twice_among_many_is_found():
     """By looking at each once: pair by pair it would take minutes."""
-    with pytest.raises(reading.Bad, match="'199999' is there twice"):
-        reading.parse("{" + "".join(f'"{i}":0,' for i in range(200_000)) + '"199999":0}')
+    with pytest.raises(untrusted.Bad, match="'199999' is there twice"):
+        untrusted.parse("{" + "".join(f'"{i}":0,' for i in range(200_000)) + '"199999":0}')
 
 
 def test_json_is_utf8_and_says_nothing_twice():
@@ -148,18 +149,20 @@ def test_json_is_utf8_and_says_nothing_twice():
         (b"[NaN]", "no number"), (b"[1e999]", "out of range"), (b"[18446744073709551616]", "out of range"),
         (b"", "not JSON"), (b"[1,]", "not JSON"),
     ):  # fmt: skip
-        with pytest.raises(reading.Bad, match=says):
-            reading.parse(text)
-    assert reading.parse('{"a": [1, -2.5e3, "\\u00e9", null, true]}') == {"a": [1, -2500.0, "é", None, True]}
+        with pytest.raises(untrusted.Bad, match=says):
+            untrusted.parse(text)
+    assert untrusted.parse('{"a": [1, -2.5e3, "\\u00e9", null, true]}') == {
+        "a": [1, -2500.0, "é", None, True]
+    }
 
 
 GRID = Grid((1.0,), (0.0,), ("torso",), (0.1,), 1, 0)
 READERS = {
     "policy": ("p.safetensors", policy.load, policy.MAX_BYTES),
     "export": ("p.npz", deploy.load, policy.MAX_BYTES),
-    "run": ("config.json", run_folder.load_config, reading.MAX_JSON),
+    "run": ("config.json", run_folder.load_config, untrusted.MAX_JSON),
     "metrics": ("metrics.jsonl", lambda path: run_folder.read_metrics(path.parent), run_folder.MAX_METRICS),
-    "result": ("e.json", lambda path: results.read(path, "evaluate"), reading.MAX_JSON),
+    "result": ("e.json", lambda path: results.read(path, "evaluate"), untrusted.MAX_JSON),
     "map": (table.NAME, lambda path: table.resume(path.parent, GRID, {}), 2**21),
 }  # fmt: skip
 
@@ -234,5 +237,5 @@ def test_arrays_of_files_come_back_as_they_were():
         "one": np.float32(3.5),
     }  # fmt: skip
     packed = mutations.zipped({f"{name}.npy": mutations.npy(x) for name, x in kept.items()})
-    for name, x in arrays.npz(packed, 2**20).items():
+    for name, x in untrusted_arrays.npz(packed, 2**20).items():
         np.testing.assert_array_equal(x, kept[name], strict=True)

@@ -9,10 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from jaxwalk import files, policy, resources, run_folder
+from jaxwalk import policy, run_folder
 from jaxwalk.cli import train
+from jaxwalk.common import files, resources
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import to_dict
-from jaxwalk.errors import UserError
 from jaxwalk.paper import trainings
 from jaxwalk.paper.claims import registry
 from jaxwalk.paper.lab import Lab

@@ -13,7 +13,8 @@ import jax
 import numpy as np
 import pytest
 
-from jaxwalk import cli, devices, evaluate, stepping
+from jaxwalk import cli, evaluate, stepping
+from jaxwalk.common.parallel import devices
 from jaxwalk.pushmap import run, table
 
 OPTIONS = "--impulses -10,10,400 --phases 2 --replicas 2".split()

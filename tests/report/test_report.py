@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from jaxwalk import cli, evaluate, files, resources, results, subjects
+from jaxwalk import cli, evaluate, results, subjects
 from jaxwalk.capturability import Pendulum
 from jaxwalk.cli.parse import parse
 from jaxwalk.cli.report import ReportArgs
+from jaxwalk.common import files, resources
 from jaxwalk.pushmap import summary
 from jaxwalk.pushmap.grid import Grid
 from jaxwalk.pushmap.table import Table

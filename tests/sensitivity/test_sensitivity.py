@@ -10,8 +10,8 @@ import pytest
 from PIL import Image
 
 from jaxwalk import cli, evaluate, sensors
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, SensorConfig
-from jaxwalk.errors import UserError
 from jaxwalk.sensitivity.settings import PARAMETERS, at_timestep, settings
 
 NONE = dict.fromkeys(PARAMETERS, ())

@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 
 from jaxwalk import run_folder
-from jaxwalk.errors import UserError
-from jaxwalk.files import write_json
+from jaxwalk.common.errors import UserError
+from jaxwalk.common.files import write_json
 from jaxwalk.train.assess import Assessment
 
 

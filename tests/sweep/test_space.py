@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from jaxwalk.errors import UserError
+from jaxwalk.common.errors import UserError
 from jaxwalk.presets import PRESETS
 from jaxwalk.sweep import space
 from jaxwalk.sweep.space import Choice, Range

@@ -15,7 +15,7 @@ from typing import Any
 import jax
 
 from jaxwalk import policy, run_folder
-from jaxwalk.distributed import Place
+from jaxwalk.common.parallel.launch import Place
 from jaxwalk.presets import PRESETS
 
 SMOKE = PRESETS["smoke"]
@@ -33,7 +33,8 @@ CLOCKED = {"seconds", "train/footsteps_per_second"}
 
 def shorten(patch: Callable[[Any, str, Any], None]) -> None:
     """Few and short trials in evaluations; programs that are compiled once for all runs of the process."""
-    from jaxwalk import devices, stepping
+    from jaxwalk import stepping
+    from jaxwalk.common.parallel import devices
     from jaxwalk.train import assess, finals, loop, training
 
     patch(assess, "SECONDS", 1.0)
@@ -51,9 +52,9 @@ def shorten(patch: Callable[[Any, str, Any], None]) -> None:
 
 def undrawn(patch: Callable[[Any, str, Any], None]) -> None:
     """No pictures: they take longer than all the rest."""
-    from jaxwalk import plots
+    from jaxwalk.common import figures
 
-    patch(plots, "training_png", lambda rows, path: path.touch())
+    patch(figures, "training_png", lambda rows, path: path.touch())
 
 
 def outcome(folder: Path) -> dict[str, Any]:
@@ -81,7 +82,7 @@ def start(
 import contextlib, pathlib, sys
 sys.path.insert(0, {str(Path(__file__).parent)!r})
 from jaxwalk import distributed, runtime
-from jaxwalk.distributed import Place
+from jaxwalk.common.parallel.launch import Place
 runtime.setup()
 place = {place!r}
 with distributed.joined(place, "go on") if place else contextlib.nullcontext():

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk.errors import UserError
+from jaxwalk.common.errors import UserError
 from jaxwalk.train import checkpoint
 from jaxwalk.train.checkpoint import Checkpoint, Store
 

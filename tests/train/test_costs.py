@@ -13,7 +13,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 import small
 
-from jaxwalk import devices
+from jaxwalk.common.parallel import devices
 from jaxwalk.train import loop
 
 # A window a report: a thousand reports take seconds.

@@ -20,8 +20,8 @@ sys.path.append(str(Path(__file__).parent))
 import small
 
 from jaxwalk import cli, policy, run_folder
-from jaxwalk.distributed import LOST, Place, joined
-from jaxwalk.errors import UserError
+from jaxwalk.common.errors import UserError
+from jaxwalk.common.parallel.launch import LOST, Place, joined
 
 LIMIT = 900  # s; two cold compilations side by side, on a machine that is shared
 PARAMETERS = 1e-5  # largest difference of a parameter of the policy, after some twenty updates
@@ -79,7 +79,7 @@ _SETTLE = """
 import sys
 import numpy as np
 from jaxwalk import distributed, runtime, together
-from jaxwalk.errors import UserError
+from jaxwalk.common.errors import UserError
 runtime.setup()
 which = int(sys.argv[2])
 with distributed.joined(distributed.Place(sys.argv[1], 2, which), "go on"):

@@ -18,9 +18,10 @@ sys.path.append(str(Path(__file__).parent))
 
 import small
 
-from jaxwalk import devices, policy, run_folder, seeds
+from jaxwalk import policy, run_folder, seeds
+from jaxwalk.common.errors import UserError
+from jaxwalk.common.parallel import devices
 from jaxwalk.compare import cast, entry
-from jaxwalk.errors import UserError
 from jaxwalk.progress import Progress
 from jaxwalk.train import lanes, loop, many, resume_many, run_many
 from jaxwalk.train.many import _Seed

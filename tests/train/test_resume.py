@@ -23,7 +23,7 @@ sys.path.append(str(Path(__file__).parent))
 import small
 
 from jaxwalk import run_folder
-from jaxwalk.errors import UserError
+from jaxwalk.common.errors import UserError
 from jaxwalk.progress import Progress
 from jaxwalk.run_folder import RunFolder
 from jaxwalk.train import loop, resume, run

@@ -17,8 +17,9 @@ sys.path.append(str(Path(__file__).parent))
 
 import small
 
-from jaxwalk import devices, policy, run_folder, windows
-from jaxwalk.errors import UserError
+from jaxwalk import policy, run_folder, windows
+from jaxwalk.common.errors import UserError
+from jaxwalk.common.parallel import devices
 from jaxwalk.presets import PRESETS
 from jaxwalk.progress import Progress
 from jaxwalk.train import assess, finals, loop, run

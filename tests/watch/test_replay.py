@@ -10,7 +10,7 @@ import pytest
 from chromium import PROGRAM, Browser
 
 from jaxwalk import cli, policy, subjects
-from jaxwalk.errors import UserError
+from jaxwalk.common.errors import UserError
 from jaxwalk.watch import data, page, replay
 
 IMPULSES = (-40.0, 120.0)  # the second one is lost

@@ -12,7 +12,7 @@ import stat
 from collections import Counter
 from typing import Any, NoReturn
 
-from jaxwalk.errors import UserError
+from jaxwalk.common.errors import UserError
 
 MAX_JSON = 16 * 2**20  # bytes; the largest result that is kept, a comparison, has a fifth of a megabyte
 MAX_DEPTH = 64

@@ -13,7 +13,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from jaxwalk.errors import Agreed, UserError
+from jaxwalk.common.errors import Agreed, UserError
 
 _LONGEST = 4096  # bytes of a text
 _PATIENCE_MS = 3_600_000  # for the slowest process, which may compile while the others have done so before

@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter
 
-from jaxwalk import files
+from jaxwalk.common import files
 
 _BLUE, _ORANGE = "#2f6db5", "#d9742b"
 _DOTS = 25  # points fewer than these are few enough to mark

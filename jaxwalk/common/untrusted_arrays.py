@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from jaxwalk import reading
-from jaxwalk.reading import Bad
+from jaxwalk.common import untrusted
+from jaxwalk.common.untrusted import Bad
 
 _MAX_MEMBERS = 1000
 # As NumPy writes it. Its own reader evaluates the text, and takes the memory before it sees the bytes.
@@ -34,9 +34,9 @@ def safetensors(content: bytes) -> tuple[dict[str, str], dict[str, np.ndarray]]:
       Bad: it is none, or holds numbers of another kind.
     """
     size = int.from_bytes(content[:8], "little")
-    if len(content) < 8 or size > min(len(content) - 8, reading.MAX_JSON):
+    if len(content) < 8 or size > min(len(content) - 8, untrusted.MAX_JSON):
         raise Bad("not a whole safetensors file")
-    header = reading.parse(content[8 : 8 + size])
+    header = untrusted.parse(content[8 : 8 + size])
     if not isinstance(header, dict):
         raise Bad("not a whole safetensors file")
     metadata = header.pop("__metadata__", {})

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from jaxwalk.errors import UserError
+from jaxwalk.common.errors import UserError
 
-_PACKAGE = Path(__file__).resolve().parent
+_PACKAGE = Path(__file__).resolve().parents[1]
 # A wheel carries models/ inside the package; a checkout has it beside the package.
 _FOLDERS = (_PACKAGE / "models", _PACKAGE.parent / "models")
 

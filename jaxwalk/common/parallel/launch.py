@@ -20,7 +20,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from jaxwalk.errors import Agreed, UserError
+from jaxwalk.common.errors import Agreed, UserError
 
 LOST = 3  # exit code: another process has gone
 CONNECT_SECONDS = 120

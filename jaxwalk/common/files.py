@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from jaxwalk.errors import UserError
+from jaxwalk.common.errors import UserError
 
 
 def to_json(value: Any, indent: int | None = None) -> str:
