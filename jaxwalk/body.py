@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from jaxwalk.common.errors import UserError
-from jaxwalk.config import BodyConfig
+from jaxwalk.config import BodyConfig, validate
 
 # Winter, Biomechanics and Motor Control of Human Movement: lengths as fractions of height.
 FOOT_HEIGHT, SHANK, THIGH = 0.039, 0.246, 0.245
@@ -71,17 +70,11 @@ def build(config: BodyConfig) -> Body:
     """Scale a table to one person.
 
     Raises:
-      UserError: height outside 0.5..3 m, mass outside 5..500 kg, or an unknown table.
+      UserError: no such person, see `validate.person`.
     """
+    validate.person(config)
     h, m = config.height, config.mass
-    if not 0.5 <= h <= 3.0:
-        raise UserError(f"body height {h} m: give a stature between 0.5 and 3 m")
-    if not 5.0 <= m <= 500.0:
-        raise UserError(f"body mass {m} kg: give a mass between 5 and 500 kg")
-    tables = {"winter": WINTER, "box": BOX}
-    if config.table not in tables:
-        raise UserError(f"body table {config.table!r}: give one of {', '.join(tables)}")
-    rows = tables[config.table]
+    rows = {"winter": WINTER, "box": BOX}[config.table]
 
     def limb(name: str, length: float) -> Segment:
         fraction, com, gyration = rows[name]

@@ -15,8 +15,8 @@ from brax import envs
 from brax.envs.base import Env, State
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from jaxwalk import config_io, footstep, stepper, stepping, walker, windows
-from jaxwalk.config import Config
+from jaxwalk import footstep, stepper, stepping, walker, windows
+from jaxwalk.config import Config, validate
 from jaxwalk.stepper import Stepper, Task
 
 NAME = "jaxwalk_footstep"
@@ -46,7 +46,7 @@ class FootstepEnv(Env):
 
     def __init__(self, config: Config | None = None) -> None:
         self.config = Config() if config is None else config
-        config_io.check(self.config)
+        validate.check(self.config)
         self._task = Task.of(self.config)
 
     @property

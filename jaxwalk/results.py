@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from jaxwalk import config_io, stepping
+from jaxwalk import stepping
 from jaxwalk.common import runtime, untrusted
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import Config, to_dict
+from jaxwalk.config import Config, to_dict, validate
 from jaxwalk.subjects import Subject
 
 FORMAT = 1
@@ -65,7 +65,7 @@ def is_of(told: Mapping[str, Any], subject: Subject) -> bool:
     A field that is younger than ``told`` had its default then.
     """
     try:
-        config = config_io.from_dict(Config, told["config"])
+        config = validate.from_dict(Config, told["config"])
     except (UserError, KeyError, TypeError):
         return False
     return told.get("policy_digest") == subject.digest and config == subject.config

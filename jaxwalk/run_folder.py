@@ -22,11 +22,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from jaxwalk import config_io
 from jaxwalk.common import runtime, untrusted
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.files import to_json, write_json
-from jaxwalk.config import Config, to_dict
+from jaxwalk.config import Config, to_dict, validate
 
 CONFIG, METRICS, SUMMARY = "config.json", "metrics.jsonl", "summary.json"
 POLICY, CHECKPOINTS, PICTURE = "policy.safetensors", "checkpoints", "training.png"
@@ -266,8 +265,8 @@ def load_config(path: Path) -> Config:
     """
     record = load_record(path)
     try:
-        config = config_io.from_dict(Config, record["config"])
-        config_io.check(config)
+        config = validate.from_dict(Config, record["config"])
+        validate.check(config)
         return config
     except UserError as error:
         raise UserError(f"{path / CONFIG if os.path.isdir(path) else path}: {error}") from error

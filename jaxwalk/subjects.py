@@ -16,10 +16,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxwalk import baselines, config_io, footstep, policy, run_folder, walker, windows
+from jaxwalk import baselines, footstep, policy, run_folder, walker, windows
 from jaxwalk.common import resources, untrusted
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import REFERENCE_HEIGHT, BodyModel, Config
+from jaxwalk.config import REFERENCE_HEIGHT, BodyModel, Config, validate
 
 SHIPPED, FIXED = "shipped", "fixed"
 
@@ -98,7 +98,7 @@ def configured(path: Path, loaded: policy.Policy) -> Config:
       UserError: it is not one that this version can run.
     """
     try:
-        trained = config_io.from_dict(Config, untrusted.parse(loaded.metadata.config))
+        trained = validate.from_dict(Config, untrusted.parse(loaded.metadata.config))
         return _changed(trained, None, None, None, None, None)
     except (UserError, untrusted.Bad, ArithmeticError) as error:
         raise UserError(f"policy {path}: its configuration does not fit this version ({error})") from None
@@ -150,7 +150,7 @@ def _changed(
     gait = config.gait if speed is None else dataclasses.replace(config.gait, speed_desired=speed)
     sensors = config.sensors if noise is None else dataclasses.replace(config.sensors, noise=noise)
     changed = dataclasses.replace(config, body=body, gait=gait, sensors=sensors)
-    config_io.check(changed)
+    validate.check(changed)
     seconds = changed.train.window_ticks * changed.physics.timestep
     share = body.height / REFERENCE_HEIGHT
     if seconds > (toe_off := windows.shortest_toe_off(changed.gait, share)):

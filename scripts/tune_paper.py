@@ -25,7 +25,7 @@ import tyro
 from jaxwalk import pushes, walker
 from jaxwalk.common import runtime
 from jaxwalk.config import Config
-from jaxwalk.presets import PRESETS
+from jaxwalk.config.presets import PRESETS
 
 RANGES = {
     "gait.duration_nominal": (0.06, 0.19),

@@ -7,17 +7,16 @@ from typing import Literal
 
 import pytest
 
-from jaxwalk import config_io
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import Config, DDPGConfig, to_dict
-from jaxwalk.presets import PRESETS
+from jaxwalk.config import Config, DDPGConfig, to_dict, validate
+from jaxwalk.config.presets import PRESETS
 
 
 @pytest.mark.parametrize("name", PRESETS)
 def test_presets_are_sound_and_survive_json(name):
     config = PRESETS[name]
-    config_io.check(config)
-    assert config_io.from_dict(Config, json.loads(json.dumps(to_dict(config)))) == config
+    validate.check(config)
+    assert validate.from_dict(Config, json.loads(json.dumps(to_dict(config)))) == config
 
 
 def test_the_paper_preset_holds_the_papers_constants():
@@ -30,12 +29,12 @@ def test_the_paper_preset_holds_the_papers_constants():
 
 
 def test_missing_fields_take_their_defaults():
-    config = config_io.from_dict(Config, {"ddpg": {"gamma": 0.5}})
+    config = validate.from_dict(Config, {"ddpg": {"gamma": 0.5}})
     assert config == Config(ddpg=DDPGConfig(gamma=0.5))
 
 
 def test_whole_numbers_serve_as_floats():
-    height = config_io.from_dict(Config, {"body": {"height": 2}}).body.height
+    height = validate.from_dict(Config, {"body": {"height": 2}}).body.height
     assert (height, type(height)) == (2.0, float)
 
 
@@ -58,7 +57,7 @@ def test_whole_numbers_serve_as_floats():
 )
 def test_a_wrong_value_is_named(data, says):
     with pytest.raises(UserError) as caught:
-        config_io.from_dict(Config, data)
+        validate.from_dict(Config, data)
     for part in says:
         assert part in str(caught.value)
 
@@ -69,7 +68,7 @@ def test_any_dataclass_can_be_decoded():
         mode: Literal["a", "b"]
         bound: float | None = 1.0
 
-    assert config_io.from_dict(Other, {"mode": "b", "bound": None}) == Other("b", None)
+    assert validate.from_dict(Other, {"mode": "b", "bound": None}) == Other("b", None)
 
 
 @pytest.mark.parametrize(
@@ -91,4 +90,4 @@ def test_a_senseless_configuration_is_refused(part, changes, option):
     config = Config()
     changed = dataclasses.replace(config, **{part: dataclasses.replace(getattr(config, part), **changes)})
     with pytest.raises(UserError, match=option):
-        config_io.check(changed)
+        validate.check(changed)

@@ -10,10 +10,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import config_io, controllers, drives, mjcf, physics, walker
+from jaxwalk import controllers, drives, mjcf, physics, walker
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import BodyConfig, Config, PidConfig
-from jaxwalk.presets import PRESETS
+from jaxwalk.config import BodyConfig, Config, PidConfig, validate
+from jaxwalk.config.presets import PRESETS
 from jaxwalk.similarity import Similarity
 
 PAPER = PRESETS["paper"]
@@ -189,7 +189,7 @@ def test_mjx_moves_it_as_c_does(in_c):
 def test_a_push_that_grows_is_no_effort():
     gait = dataclasses.replace(PAPER.gait, toe_off_latched=False)
     with pytest.raises(UserError, match=r"--gait\.toe-off-latched"):
-        config_io.check(dataclasses.replace(PAPER, gait=gait))
+        validate.check(dataclasses.replace(PAPER, gait=gait))
 
 
 @pytest.mark.slow
@@ -217,6 +217,6 @@ def written(value):
 
 
 def test_the_table_is_the_preset():
-    told, true = rows(), dict(config_io.leaves(PAPER))
+    told, true = rows(), dict(validate.leaves(PAPER))
     assert set(told) == set(true)
     assert {name: value for name, value in told.items() if value != written(true[name])} == {}

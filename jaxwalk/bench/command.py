@@ -19,7 +19,7 @@ from jaxwalk import results
 from jaxwalk.bench.rounds import BARE, BY_XLA, LOOP, MAP, SAVING, TICK, Program, measure
 from jaxwalk.common import files
 from jaxwalk.config import Config
-from jaxwalk.presets import PRESETS, of_machine
+from jaxwalk.config.presets import PRESETS, of_machine
 
 if TYPE_CHECKING:
     from jaxwalk.cli.bench import BenchArgs

@@ -6,9 +6,8 @@ import math
 import os
 from collections.abc import Sequence
 
-from jaxwalk import body
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import REFERENCE_HEIGHT, REFERENCE_MASS, BodyConfig
+from jaxwalk.config import REFERENCE_HEIGHT, REFERENCE_MASS, BodyConfig, validate
 
 BUILT_IN = ("shipped", "fixed", "constant", "raibert", "capture-point")
 
@@ -74,8 +73,8 @@ def push_seconds(option: str, value: float) -> None:
 
 
 def person(height: float | None, mass: float | None) -> None:
-    """A stature and a mass, each if given, that a body can be built from."""
-    body.build(
+    """A stature and a mass, each if given, that people have."""
+    validate.person(
         BodyConfig(
             height=REFERENCE_HEIGHT if height is None else height,
             mass=REFERENCE_MASS if mass is None else mass,

@@ -11,13 +11,12 @@ from typing import Annotated, Literal
 
 import tyro
 
-from jaxwalk import config_io
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import OptionalFile, parse, parse_known
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import Config
-from jaxwalk.presets import PRESETS, PresetName, of_machine
+from jaxwalk.config import Config, validate
+from jaxwalk.config.presets import PRESETS, PresetName, of_machine
 from jaxwalk.sweep import space
 
 Sets = Annotated[tuple[str, ...], tyro.conf.arg(metavar="OPTION=LOW:HIGH[:log]|OPTION=VALUE,VALUE")]
@@ -71,7 +70,7 @@ class SweepArgs:
             raise UserError(f"--study {self.study}: give a name that a folder can have")
         checks.whole("--trials", self.trials)
         checks.seed(self.seed)
-        config_io.check(self.config)
+        validate.check(self.config)
         space.parse(self.set, self.config)
         files.check_folder("--run-dir", self.folder)
 

@@ -11,15 +11,15 @@ from typing import Annotated
 
 import tyro
 
-from jaxwalk import config_io, run_folder, seeds
+from jaxwalk import run_folder, seeds
 from jaxwalk.cli import checks
 from jaxwalk.cli.parse import Given, OptionalFile, parse, parse_known
 from jaxwalk.common import runtime
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import launch
 from jaxwalk.common.parallel.launch import Place
-from jaxwalk.config import Config
-from jaxwalk.presets import PRESETS, PresetName, of_machine
+from jaxwalk.config import Config, validate
+from jaxwalk.config.presets import PRESETS, PresetName, of_machine
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class TrainArgs:
         checks.seed(self.seed)
         checks.between("--seeds", self.seeds, 1, 1024, ", each a training of its own")
         checks.seed(self.seed + self.seeds - 1)
-        config_io.check(self.config)
+        validate.check(self.config)
         self.place.check()
         if self.distributed and self.seeds > 1:
             raise UserError("--distributed: several processes train one seed; give --seeds without it")
@@ -96,9 +96,7 @@ def read(argv: Sequence[str]) -> TrainArgs:
         ("seeds", args.seeds, default.seeds),
         *(
             (name, value, own[1])
-            for (name, value), own in zip(
-                config_io.leaves(args.config), config_io.leaves(config), strict=True
-            )
+            for (name, value), own in zip(validate.leaves(args.config), validate.leaves(config), strict=True)
         ),
     ):
         if given != of_run:

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from jaxwalk import config_io, run_folder, subjects
+from jaxwalk import run_folder, subjects
 from jaxwalk.cli import checks
 from jaxwalk.common.errors import UserError
 from jaxwalk.compare.entry import Entry
-from jaxwalk.config import Config
+from jaxwalk.config import Config, validate
 from jaxwalk.subjects import Subject
 
 # What makes two walkers' pushes comparable; the rest is the policy's own.
@@ -83,8 +83,8 @@ def _member(name: str, changes: dict[str, float | str | None]) -> Member:
 
 
 def _differences(a: Config, b: Config) -> Iterator[tuple[str, Any, Any]]:
-    theirs = dict(config_io.leaves(b))
-    for field, ours in config_io.leaves(a):
+    theirs = dict(validate.leaves(b))
+    for field, ours in validate.leaves(a):
         if ours != theirs[field]:
             yield field, ours, theirs[field]
 

@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from jaxwalk import config_io
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import GaitConfig, Observable
+from jaxwalk.config import GaitConfig, Observable, validate
 from jaxwalk.deploy import file, person
 
 _LONGEST_WINDOW = 10_000  # ticks of the moving mean
@@ -101,7 +100,7 @@ def _check(manifest: dict[str, Any]) -> None:
         and gain.shape == (2, 2)
         and {one["name"] for one in manifest["observation"]} <= set(typing.get_args(Observable))
     )
-    config_io.from_dict(GaitConfig, manifest["switches"])
+    validate.from_dict(GaitConfig, manifest["switches"])
     who = person.build(manifest)
     own = [x for x in (*vars(who).values(), *vars(who.gait).values()) if isinstance(x, np.floating)]
     if not sound or not np.isfinite(own).all() or not who.leg > 0:

@@ -14,9 +14,10 @@ from typing import Any
 
 from PIL import Image
 
-from jaxwalk import config_io, results, subjects
+from jaxwalk import results, subjects
 from jaxwalk.common import files, untrusted
 from jaxwalk.common.errors import UserError
+from jaxwalk.config import validate
 from jaxwalk.report.parts import Part
 from jaxwalk.subjects import Subject
 
@@ -70,7 +71,7 @@ def find(part: Part, policy: str, folder: Path) -> Found | None:
     result = results.read(path, part.command)
     try:
         plain = {name: str(value) for name, value in part.place(folder).items()}
-        args = config_io.from_dict(part.kind, result["options"] | plain)
+        args = validate.from_dict(part.kind, result["options"] | plain)
         changes = {name: getattr(args, name) for name in _CHANGES if hasattr(args, name)}
         subject = _subject(args, policy, changes)
     except (UserError, TypeError, ArithmeticError) as error:

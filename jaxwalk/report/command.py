@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
-from jaxwalk import config_io, subjects
+from jaxwalk import subjects
 from jaxwalk.cli import lines
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import Config
+from jaxwalk.config import Config, validate
 from jaxwalk.report import collect, headline, page
 from jaxwalk.report.collect import Found
 from jaxwalk.report.page import Figure, Page
@@ -137,9 +137,9 @@ def _versions(found: Sequence[Found]) -> Table:
 
 def _configuration(config: Config) -> tuple[Table, ...]:
     """A table for each part of it."""
-    defaults = dict(config_io.leaves(Config()))
+    defaults = dict(validate.leaves(Config()))
     groups: dict[str, list[tuple[str, str]]] = {}
-    for name, value in config_io.leaves(config):
+    for name, value in validate.leaves(config):
         group, _, field = name.rpartition(".")
         default = "" if value == defaults[name] else f" (default {_shown(defaults[name])})"
         groups.setdefault(group, []).append((field, _shown(value) + default))

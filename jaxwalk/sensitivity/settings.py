@@ -6,9 +6,8 @@ import dataclasses
 import math
 from dataclasses import dataclass
 
-from jaxwalk import config_io
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import Config, SensorConfig
+from jaxwalk.config import Config, SensorConfig, validate
 
 PARAMETERS = {  # field of the physics -> its option
     "timestep": "--timesteps",
@@ -57,7 +56,7 @@ def _changed(config: Config, parameter: str, value: int | float) -> Config:
     if parameter == "timestep":
         config = at_timestep(config, value)
     changed = dataclasses.replace(config, physics=dataclasses.replace(config.physics, **{parameter: value}))
-    config_io.check(changed)
+    validate.check(changed)
     return changed
 
 

@@ -13,10 +13,10 @@ from optuna.exceptions import TrialPruned
 from optuna.study import Study
 from optuna.trial import Trial
 
-from jaxwalk import config_io, run_folder, train
+from jaxwalk import run_folder, train
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import Config
+from jaxwalk.config import Config, validate
 from jaxwalk.sweep import report, space, study
 from jaxwalk.train.assess import Marks
 
@@ -92,7 +92,7 @@ class _Sweep:
         config = space.changed(self.args.config, values)
         # Nobody goes on with a trial that was killed.
         config = dataclasses.replace(config, train=dataclasses.replace(config.train, checkpoint_seconds=0.0))
-        config_io.check(config)
+        validate.check(config)
         path = self.args.folder / f"trial-{trial.number:04}"
         trial.set_user_attr("folder", path.name)
         watch = _Watch(trial, config)

@@ -12,9 +12,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from jaxwalk import config_io
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import Config, to_dict
+from jaxwalk.config import Config, to_dict, validate
 
 
 @dataclass(frozen=True)
@@ -68,7 +67,7 @@ def parse(texts: Sequence[str], config: Config) -> tuple[Dimension, ...]:
     for text, one in zip(texts, space, strict=True):
         for value in [one.low, one.high] if isinstance(one, Range) else one.texts:
             try:
-                config_io.check(changed(config, {one.name: value}))
+                validate.check(changed(config, {one.name: value}))
             except UserError as error:
                 raise UserError(f"--set {text}: {error}") from None
     return space
@@ -88,7 +87,7 @@ def changed(config: Config, values: Mapping[str, float | int | str]) -> Config:
         for step in path:
             part = part[step]
         part[last] = _value(kinds[name], value) if isinstance(value, str) else value
-    return config_io.from_dict(Config, tree)
+    return validate.from_dict(Config, tree)
 
 
 def without_password(text: str) -> str:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from jaxwalk import config_io
 from jaxwalk.cli import lines
 from jaxwalk.cli.agreement import AgreementArgs
 from jaxwalk.cli.bench import BenchArgs
@@ -21,6 +20,7 @@ from jaxwalk.cli.push_map import PushMapArgs
 from jaxwalk.cli.report import ReportArgs
 from jaxwalk.cli.sensitivity import SensitivityArgs
 from jaxwalk.common.files import to_json
+from jaxwalk.config import validate
 
 CASES = [
     ("evaluate", EvaluateArgs("fixed", impulses=(-100.0, 0.1, 1 / 3), height=1.4, json=Path("a b/e.json"))),
@@ -49,7 +49,7 @@ def test_the_line_reads_back_as_the_same_options(command, args):
     assert parse(type(args), rest, command) == args
     # And from the plain values that a JSON file keeps.
     assert (
-        config_io.from_dict(type(args), json.loads(to_json({k: _kept(v) for k, v in vars(args).items()})))
+        validate.from_dict(type(args), json.loads(to_json({k: _kept(v) for k, v in vars(args).items()})))
         == args
     )
 

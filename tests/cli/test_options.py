@@ -9,7 +9,7 @@ import pytest
 from jaxwalk.bench.command import configured
 from jaxwalk.cli.train import read
 from jaxwalk.config import Config, TrainConfig, to_dict
-from jaxwalk.presets import PRESETS
+from jaxwalk.config.presets import PRESETS
 
 
 def test_train_without_options_is_the_default_configuration(jaxwalk_cli, called):

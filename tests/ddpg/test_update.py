@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from jaxwalk.config import DDPGConfig
+from jaxwalk.config.presets import PRESETS
 from jaxwalk.ddpg import learner, networks
-from jaxwalk.presets import PRESETS
 
 _init = jax.jit(learner.init, static_argnums=(0, 2, 3))
 
@@ -127,7 +127,7 @@ _ON_TWO_DEVICES = """
 import functools, jax, numpy as np
 from jax.sharding import Mesh, PartitionSpec as P
 from jaxwalk.config import DDPGConfig
-from jaxwalk.presets import PRESETS
+from jaxwalk.config.presets import PRESETS
 from jaxwalk.ddpg import Transition, learner
 
 jax.config.update("jax_num_cpu_devices", 2)

@@ -9,11 +9,11 @@ import pytest
 
 from jaxwalk import footstep, stepper, walker, windows
 from jaxwalk.config import Config
+from jaxwalk.config.presets import PRESETS
 from jaxwalk.kernels import emit, fused, pallas
 from jaxwalk.kernels.entries import inputs
 from jaxwalk.kernels.graph import Graph, Unsupported, reach
 from jaxwalk.kernels.unroll import unrolled
-from jaxwalk.presets import PRESETS
 from jaxwalk.stepper import Task
 
 WALKERS, WINDOWS = 8, 40

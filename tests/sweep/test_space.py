@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from jaxwalk.common.errors import UserError
-from jaxwalk.presets import PRESETS
+from jaxwalk.config.presets import PRESETS
 from jaxwalk.sweep import space
 from jaxwalk.sweep.space import Choice, Range
 

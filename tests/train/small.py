@@ -16,7 +16,7 @@ import jax
 
 from jaxwalk import policy, run_folder
 from jaxwalk.common.parallel.launch import Place
-from jaxwalk.presets import PRESETS
+from jaxwalk.config.presets import PRESETS
 
 SMOKE = PRESETS["smoke"]
 # Some nine reports, updates from the second on, four evaluations, a checkpoint whenever one can be written.

@@ -20,7 +20,7 @@ import small
 from jaxwalk import policy, run_folder, windows
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
-from jaxwalk.presets import PRESETS
+from jaxwalk.config.presets import PRESETS
 from jaxwalk.progress import Progress
 from jaxwalk.train import assess, finals, loop, run
 

@@ -10,9 +10,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
-from jaxwalk import body
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import Config, PidConfig
+from jaxwalk.config.schema import Config
+from jaxwalk.config.walker import BodyConfig, PidConfig
 
 T = TypeVar("T")
 
@@ -72,7 +72,7 @@ def _decode(kind: Any, value: Any, where: str) -> Any:
     return value
 
 
-# Fields by the sense their values must have. Body heights and masses are body.build's to judge.
+# Fields by the sense their values must have. Bodies are `person`'s to judge.
 _POSITIVE = """
     physics.timestep physics.iterations physics.ls_iterations physics.contact_timeconst physics.friction
     sensors.mean_window gait.speed_desired gait.pitch_nominal
@@ -106,7 +106,7 @@ def check(config: Config) -> None:
     Raises:
       UserError: the first field without sense, named as on the command line.
     """
-    body.build(config.body)
+    person(config.body)
     values = dict(leaves(config))
     for name, value in values.items():
         if isinstance(value, float):
@@ -167,6 +167,21 @@ def check(config: Config) -> None:
     )
     distinct = bool(config.observation) and len(set(config.observation)) == len(config.observation)
     _require(distinct, "observation", config.observation, "one quantity or more, each once")
+
+
+def person(config: BodyConfig) -> None:
+    """See that such a person can be built.
+
+    Raises:
+      UserError: height outside 0.5..3 m, mass outside 5..500 kg, or an unknown table.
+    """
+    if not 0.5 <= config.height <= 3.0:
+        raise UserError(f"body height {config.height} m: give a stature between 0.5 and 3 m")
+    if not 5.0 <= config.mass <= 500.0:
+        raise UserError(f"body mass {config.mass} kg: give a mass between 5 and 500 kg")
+    tables = typing.get_args(typing.get_type_hints(BodyConfig)["table"])
+    if config.table not in tables:
+        raise UserError(f"body table {config.table!r}: give one of {', '.join(tables)}")
 
 
 def leaves(config: Any, where: str = "") -> Iterator[tuple[str, Any]]:

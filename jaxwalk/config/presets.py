@@ -5,15 +5,10 @@ from __future__ import annotations
 from typing import Literal
 
 from jaxwalk.common import runtime
-from jaxwalk.config import (
-    BodyConfig,
-    Config,
-    DDPGConfig,
-    GaitConfig,
-    PhysicsConfig,
-    RewardConfig,
-    TrainConfig,
-)
+from jaxwalk.config.gait import GaitConfig
+from jaxwalk.config.schema import Config
+from jaxwalk.config.training import DDPGConfig, RewardConfig, TrainConfig
+from jaxwalk.config.walker import BodyConfig, PhysicsConfig
 
 PresetName = Literal["default", "gpu", "quick", "paper", "smoke"]
 

@@ -1,0 +1,42 @@
+"""The whole configuration: what the command line offers and a run folder's JSON holds."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, field
+from typing import Literal
+
+from jaxwalk.config.gait import GaitConfig
+from jaxwalk.config.training import DDPGConfig, PushConfig, RewardConfig, TrainConfig
+from jaxwalk.config.walker import BodyConfig, PhysicsConfig, SensorConfig
+
+Observable = Literal[
+    "speed", "pitch", "zmp", "step_length", "pitch_rate", "acceleration",
+    "speed_desired", "height", "com_ahead",
+]  # fmt: skip
+
+Kernels = Literal["auto", "off"]
+"""Whether a walker's tick is made into native code (see ``jaxwalk.kernels``)."""
+
+
+@dataclass(frozen=True)
+class Config:
+    """Everything that a run depends on, its seed aside."""
+
+    body: BodyConfig = field(default_factory=BodyConfig)
+    physics: PhysicsConfig = field(default_factory=PhysicsConfig)
+    sensors: SensorConfig = field(default_factory=SensorConfig)
+    gait: GaitConfig = field(default_factory=GaitConfig)
+    pushes: PushConfig = field(default_factory=PushConfig)
+    reward: RewardConfig = field(default_factory=RewardConfig)
+    ddpg: DDPGConfig = field(default_factory=DDPGConfig)
+    train: TrainConfig = field(default_factory=TrainConfig)
+    observation: tuple[Observable, ...] = ("speed", "pitch", "zmp", "step_length", "pitch_rate")
+    """What the policy is told at touch-down: the paper's state and the rate of its pitch."""
+    kernels: Kernels = "auto"
+    """auto: native code on a CPU and kernels on a GPU, where they can be made. off: XLA's own programs."""
+
+
+def to_dict(config: Config) -> dict:
+    """The configuration as plain JSON values."""
+    return dataclasses.asdict(config)

@@ -1,0 +1,125 @@
+"""Learning: the pushes that are met, the reward, the learner, the loop around it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class PushConfig:
+    """The pushes that walkers meet in training."""
+
+    rate: float = 0.5
+    """Mean number of pushes a second."""
+    impulse_forward: float = 85.0
+    """Largest push from behind, N s."""
+    impulse_backward: float = 90.0
+    """Largest push from the front, N s."""
+    impulse_least: float = 0.45
+    """Smallest push, as a share of the largest of its direction: what anybody survives teaches nothing."""
+    duration: float = 0.1
+    """How long the force lasts, s."""
+    height_spread: float = 0.2
+    """Pushes land within this distance of the torso's centre, m."""
+
+
+@dataclass(frozen=True)
+class RewardConfig:
+    """The reward of one footstep: exp(-cost), cost a weighted sum of normalised squares."""
+
+    speed_weight: float = 8.0
+    """Weight of ((|v - v_desire| - tolerance) / 0.5 m/s)^2, where positive."""
+    speed_tolerance: float = 0.025
+    """How far the speed may be off at no cost, m/s: a little faster is a lot safer from the front."""
+    pitch_weight: float = 0.5
+    """Weight of (phi / 0.2 rad)^2."""
+    zmp_weight: float = 0.1
+    """Weight of (d_zmp / 0.3 m)^2."""
+    length_weight: float = 0.02
+    """Weight of ((l - l_nominal) / 0.3 m)^2, l_nominal being Boulic's step at v_desire."""
+    fall: float = -10.0
+    """Added when the walker falls."""
+
+
+@dataclass(frozen=True)
+class DDPGConfig:
+    """The learner. The preset ``paper`` holds Liu et al.'s values."""
+
+    hidden: tuple[int, ...] = (64, 64)
+    """Widths of the hidden layers of actor and critic (the paper's: 400 and 300)."""
+    actor_lr: float = 2e-4
+    """Learning rate of the actor."""
+    critic_lr: float = 1e-3
+    """Learning rate of the critic."""
+    gamma: float = 0.8
+    """Discount per footstep."""
+    tau: float = 0.005
+    """Share of the online parameters that enters the targets at each update."""
+    average_rate: float = 5e-4
+    """Share of the actor that enters the policy that is evaluated and kept, at each update (1: all)."""
+    batch_size: int = 256
+    """Transitions in one update."""
+    replay_capacity: int = 262_144
+    """Transitions that are remembered."""
+    warmup: int = 4_000
+    """Footsteps gathered before the first update."""
+    start: Literal["nominal", "random"] = "nominal"
+    """First answer of the actor: the nominal step (from the height-to-stride-length ratio, as in the paper),
+    or one drawn from all that can be commanded."""
+    critic_head_start: int = 1_000
+    """Updates of the critic before the actor moves: an early critic would lead it astray."""
+    updates_per_footstep: float = 0.5
+    """Updates for each footstep gathered."""
+    noise_start: float = 0.12
+    """Standard deviation of the exploration noise at first, in units of half the action range."""
+    noise_end: float = 0.04
+    """The same at the end of training."""
+    noise_spread: float = 4.0
+    """Ratio of the noisiest to the quietest walker's exploration (1: all alike)."""
+    layer_norm: bool = True
+    """LayerNorm after each hidden layer of the critic."""
+    weight_decay: float = 1e-4
+    """Decoupled weight decay of the critic."""
+    max_grad_norm: float = 10.0
+    """Gradients are clipped to this global norm (0: never)."""
+    normalize_observations: bool = True
+    """Sampled observations are centred and scaled by running statistics."""
+    twin: bool = False
+    """TD3: two critics, the smaller one believed, with delayed actor and smoothed targets."""
+    policy_delay: int = 2
+    """TD3: critic updates for each actor update."""
+    target_noise: float = 0.2
+    """TD3: standard deviation of the smoothing noise on the target action."""
+    target_noise_clip: float = 0.5
+    """TD3: largest smoothing noise."""
+
+
+@dataclass(frozen=True)
+class TrainConfig:
+    """The training loop."""
+
+    walkers: int = 256
+    """Walkers that learn side by side."""
+    footsteps: int = 80_000
+    """Footsteps gathered before training ends."""
+    window_ticks: int = 10
+    """Ticks between two looks at whether a walker needs a decision."""
+    episode_seconds: float = 30.0
+    """A walker that still stands is started anew after this time (truncation)."""
+    height_spread: float = 0.1
+    """Statures are drawn uniformly within this share of the body's height."""
+    mass_spread: float = 0.1
+    """Masses (at given stature) are drawn uniformly within this share."""
+    windows_per_report: int = 50
+    """Windows between two lines of metrics; the loop runs on the device for so long."""
+    evaluations: int = 16
+    """Evaluations spread over training; the best ones' policies meet in the finals."""
+    finalists: int = 3
+    """How many meet there, under more pushes (1: none do, the best evaluation decides)."""
+    checkpoint_seconds: float = 60.0
+    """Least time between two checkpoints for ``--resume``; they are begun between reports, s (0: none)."""
+    divergence_limit: int = 100
+    """Updates skipped since the last evaluation, being not finite, beyond which training goes back to it."""
+    divergence_events: int = 3
+    """How many times training may come to that before the run stops."""
