@@ -47,7 +47,7 @@ lint: $(READY) ## style and types
 tune: $(READY) ## search the gait's numbers again (ARGS="sweep --set NAME=A,B" for a grid)
 	$(BIN)/python scripts/tune.py $(or $(ARGS),search)
 
-models: $(READY) ## write models/*.xml anew from jaxwalk/body.py
+models: $(READY) ## write models/*.xml anew from jaxwalk/model/anthropometry.py
 	$(BIN)/python scripts/make_models.py
 
 clean: ## remove the environment and caches; runs/ stays

@@ -13,7 +13,7 @@ from jaxtyping import Array, Bool, Float
 
 from jaxwalk.config import GRAVITY, GaitConfig
 from jaxwalk.gait import GaitState, Phase, step_length, swing_force, swing_phase
-from jaxwalk.kinematics import Skeleton, ankles
+from jaxwalk.model.kinematics import Skeleton, ankles
 from jaxwalk.sensors import Estimate
 
 TORSO_SHARE = 0.678  # of the body's mass, Winter: how far the torso's lean moves the whole

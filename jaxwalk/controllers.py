@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 from jaxwalk import back_step
 from jaxwalk.config import GaitConfig
 from jaxwalk.gait import GaitState, Phase, swing_phase, swing_progress
-from jaxwalk.kinematics import Skeleton, shank_angles, thigh_angles
+from jaxwalk.model.kinematics import Skeleton, shank_angles, thigh_angles
 from jaxwalk.sensors import Estimate
 
 

@@ -17,9 +17,9 @@ from jaxtyping import Array, Bool, Float, Int
 
 from jaxwalk.config import GaitConfig, PhysicsConfig, PidConfig
 from jaxwalk.gait import GaitState
-from jaxwalk.mjcf import Layout
-from jaxwalk.physics import Plant
-from jaxwalk.similarity import Similarity
+from jaxwalk.model.mjcf import Layout
+from jaxwalk.model.physics import Plant
+from jaxwalk.model.similarity import Similarity
 
 _ANKLES = np.array([2, 5])  # among the joints that an actuator moves
 

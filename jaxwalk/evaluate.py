@@ -16,9 +16,9 @@ from rich.progress import Progress
 from rich.table import Table
 
 from jaxwalk import results, scenarios, stepping, subjects, sway
-from jaxwalk.burdens import Burden
 from jaxwalk.common import files
 from jaxwalk.config import BodyConfig, RewardConfig
+from jaxwalk.model.burdens import Burden
 from jaxwalk.statistics import each_phase, threshold, worst_phase
 from jaxwalk.stepper import Task
 from jaxwalk.subjects import Subject

@@ -12,9 +12,9 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, Int
 
 from jaxwalk.config import GaitConfig
-from jaxwalk.kinematics import Skeleton, ankles
+from jaxwalk.model.kinematics import Skeleton, ankles
+from jaxwalk.model.similarity import Similarity
 from jaxwalk.sensors import Estimate
-from jaxwalk.similarity import Similarity
 
 # The controllers' numbers may be traced (one set for each walker of a batch): tuning needs that.
 _META = ("toe_off_form", "toe_off_latched", "back_step")

@@ -7,9 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from jaxwalk import pushes
-from jaxwalk.burdens import Burden
 from jaxwalk.config import Config
+from jaxwalk.model import pushes
+from jaxwalk.model.burdens import Burden
 from jaxwalk.trials import Scenario
 
 # What keys are for, beside training, whose keys are of purpose 0.

@@ -16,8 +16,8 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
 from jaxwalk.config import GRAVITY, SensorConfig
-from jaxwalk.kinematics import Skeleton, ankles
-from jaxwalk.physics import Readings
+from jaxwalk.model.kinematics import Skeleton, ankles
+from jaxwalk.model.physics import Readings
 
 
 @struct.dataclass

@@ -12,11 +12,11 @@ import mujoco
 import numpy as np
 from mujoco.rendering.classic import gl_context
 
-from jaxwalk import body as body_lib
-from jaxwalk import mjcf
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import REFERENCE_HEIGHT, Config
-from jaxwalk.similarity import Similarity
+from jaxwalk.model import anthropometry as body_lib
+from jaxwalk.model import mjcf
+from jaxwalk.model.similarity import Similarity
 
 FADE_SECONDS = 0.35  # a push is over within three pictures: its arrow fades more slowly
 

@@ -10,10 +10,10 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
 from jaxwalk import footstep, walker
-from jaxwalk.burdens import Burden
 from jaxwalk.config import Config, Engine, GaitConfig, RewardConfig
 from jaxwalk.ddpg.types import Transition
 from jaxwalk.kernels import fused as kernels
+from jaxwalk.model.burdens import Burden
 from jaxwalk.walker import Setup, Walker
 
 

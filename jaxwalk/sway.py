@@ -10,7 +10,7 @@ from flax import struct
 from jaxtyping import Array, Float
 
 from jaxwalk import stepper
-from jaxwalk.mjcf import walls
+from jaxwalk.model.mjcf import walls
 from jaxwalk.walker import Walker
 
 

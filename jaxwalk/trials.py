@@ -19,10 +19,11 @@ from flax import struct
 from jax.sharding import Mesh
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from jaxwalk import pushes, stepper, stepping, sway, walker
-from jaxwalk.burdens import Burden
+from jaxwalk import stepper, stepping, sway, walker
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import GaitConfig
+from jaxwalk.model import pushes
+from jaxwalk.model.burdens import Burden
 from jaxwalk.stepper import Stepper, Task
 from jaxwalk.sway import Sway
 

@@ -12,26 +12,16 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 from mujoco import mjx
 
-from jaxwalk import (
-    back_step,
-    burdens,
-    c_mujoco,
-    controllers,
-    drives,
-    gait,
-    kinematics,
-    physics,
-    pushes,
-    sensors,
-)
-from jaxwalk import body as body_lib
-from jaxwalk.burdens import Burden
+from jaxwalk import back_step, controllers, drives, gait, sensors
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import BodyConfig, Config, Engine, GaitConfig, Kernels, PhysicsConfig, SensorConfig
 from jaxwalk.gait import GaitState
 from jaxwalk.kernels import fused as kernels
-from jaxwalk.newton import WRITTEN_OUT
-from jaxwalk.similarity import Similarity
+from jaxwalk.model import anthropometry as body_lib
+from jaxwalk.model import burdens, c_mujoco, kinematics, physics, pushes
+from jaxwalk.model.burdens import Burden
+from jaxwalk.model.similarity import Similarity
+from jaxwalk.model.solver.newton import WRITTEN_OUT
 
 VARIABLE = "JAXWALK_KERNELS"
 """Environment variable: ``off`` switches kernels off, whatever is configured."""

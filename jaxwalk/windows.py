@@ -15,10 +15,11 @@ import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Bool, Float, Key, PRNGKeyArray
 
-from jaxwalk import pushes, stepper, stepping, walker
+from jaxwalk import stepper, stepping, walker
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import REFERENCE_HEIGHT, Config, GaitConfig
+from jaxwalk.model import pushes
 from jaxwalk.stepper import Footsteps, Stepper, Task
 
 Act = Callable[[Float[Array, "B O"], Key[Array, " B"]], Float[Array, "B 2"]]

@@ -11,9 +11,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from jaxwalk import body, mjcf
 from jaxwalk.common import runtime
 from jaxwalk.config import BodyConfig, PhysicsConfig
+from jaxwalk.model import anthropometry, mjcf
 
 FILES = {
     "planar.xml": BodyConfig(),
@@ -25,7 +25,7 @@ MODELS = Path(__file__).resolve().parent.parent / "models"
 
 def text(config: BodyConfig) -> str:
     """The default walker of ``config``'s body as MJCF."""
-    spec = mjcf.build(body.build(config), PhysicsConfig(), config.model)
+    spec = mjcf.build(anthropometry.build(config), PhysicsConfig(), config.model)
     spec.compile()  # to_xml wants a spec that is known to be sound
     return spec.to_xml()
 

@@ -27,10 +27,11 @@ import tyro
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import c_mujoco, controllers, physics, walker
+from jaxwalk import controllers, walker
 from jaxwalk.common import runtime
 from jaxwalk.config import BodyConfig, BodyModel, Config, PhysicsConfig
-from jaxwalk.similarity import Similarity
+from jaxwalk.model import c_mujoco, physics
+from jaxwalk.model.similarity import Similarity
 
 FINE = 0.00025  # s
 LOOKS = (0.1, 0.5)  # s after the start of the replay

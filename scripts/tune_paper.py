@@ -22,10 +22,11 @@ import jax.numpy as jnp
 import numpy as np
 import tyro
 
-from jaxwalk import pushes, walker
+from jaxwalk import walker
 from jaxwalk.common import runtime
 from jaxwalk.config import Config
 from jaxwalk.config.presets import PRESETS
+from jaxwalk.model import pushes
 
 RANGES = {
     "gait.duration_nominal": (0.06, 0.19),

@@ -6,9 +6,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import back_step, body, controllers, footstep, kinematics, scenarios, sensors, walker
+from jaxwalk import back_step, controllers, footstep, scenarios, sensors, walker
 from jaxwalk.config import BodyConfig, Config, GaitConfig
 from jaxwalk.gait import GaitState
+from jaxwalk.model import anthropometry, kinematics
 from jaxwalk.stepper import Task
 from jaxwalk.trials import BINS, Profile, Runner
 
@@ -16,7 +17,7 @@ NUMBERS = GaitConfig(
     back_step_margin=0.06, back_step_reach=0.1, back_step_least=0.1, back_step_force=150.0,
     back_step_knee=0.4, back_step_near=0.3, terminal_hip_gain=16.0, swing_rate_max=10.0,
 )  # fmt: skip
-BONES = kinematics.skeleton(body.build(BodyConfig()), jnp.float32(1))
+BONES = kinematics.skeleton(anthropometry.build(BodyConfig()), jnp.float32(1))
 LEG = 0.441 + 0.4428  # thigh and shank, m
 PACE = (0.954 / 9.81) ** 0.5  # sqrt(L / g) = 0.31184 s
 

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from jaxwalk import pushes, walker
+from jaxwalk import walker
 from jaxwalk.bench import batches, command, picture, programs, scaling, stages
 from jaxwalk.cli.bench import BenchArgs
 from jaxwalk.cli.parse import parse
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config
+from jaxwalk.model import pushes
 from jaxwalk.stepper import Task
 
 SIZE = 2 * jax.device_count()

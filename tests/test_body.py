@@ -4,9 +4,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from jaxwalk import body, mjcf
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import BodyConfig, PhysicsConfig
+from jaxwalk.model import anthropometry, mjcf
 
 SEGMENTS = ("torso", "thigh", "shank", "foot")
 
@@ -23,7 +23,7 @@ WINTER = {
 
 @pytest.mark.parametrize("name", SEGMENTS)
 def test_segments_are_winters(name):
-    segment = getattr(body.build(BodyConfig()), name)
+    segment = getattr(anthropometry.build(BodyConfig()), name)
     mass, length, com, inertia = WINTER[name]
     # 5e-4: the hand-worked figures carry four digits.
     assert segment.mass == pytest.approx(mass, rel=5e-4)
@@ -34,7 +34,7 @@ def test_segments_are_winters(name):
 
 def test_the_torso_is_as_hard_to_turn_about_the_hip_as_the_tables_say():
     def about_hip(table):
-        torso = body.build(BodyConfig(table=table)).torso
+        torso = anthropometry.build(BodyConfig(table=table)).torso
         return torso.inertia + torso.mass * torso.com[1] ** 2
 
     # Winter: 3.362 + 50.85 x 0.3245^2 = 8.72. Box: m h^2 / 3 = 50.85 x 0.846^2 / 3 = 12.13.
@@ -43,7 +43,7 @@ def test_the_torso_is_as_hard_to_turn_about_the_hip_as_the_tables_say():
 
 
 def test_boxes_are_uniform():
-    built = body.build(BodyConfig(table="box"))
+    built = anthropometry.build(BodyConfig(table="box"))
     for name in ("torso", "thigh", "shank"):
         segment = getattr(built, name)
         assert abs(segment.com[1]) == pytest.approx(segment.length / 2)
@@ -52,7 +52,7 @@ def test_boxes_are_uniform():
 
 @pytest.mark.parametrize("table", ["winter", "box"])
 def test_the_whole_weighs_and_measures_what_was_asked(table):
-    built = body.build(BodyConfig(height=1.6, mass=60.0, table=table))
+    built = anthropometry.build(BodyConfig(height=1.6, mass=60.0, table=table))
     legs = built.thigh.mass + built.shank.mass + built.foot.mass
     assert built.torso.mass + 2 * legs == pytest.approx(60.0)
     assert built.hip_height + built.torso.length == pytest.approx(1.6)
@@ -62,8 +62,8 @@ def test_the_whole_weighs_and_measures_what_was_asked(table):
 
 @pytest.mark.parametrize("table", ["winter", "box"])
 def test_everything_scales_with_height_and_mass(table):
-    small = body.build(BodyConfig(height=1.5, mass=50.0, table=table))
-    large = body.build(BodyConfig(height=3.0, mass=150.0, table=table))
+    small = anthropometry.build(BodyConfig(height=1.5, mass=50.0, table=table))
+    large = anthropometry.build(BodyConfig(height=3.0, mass=150.0, table=table))
     for name in SEGMENTS:
         one, other = getattr(small, name), getattr(large, name)
         assert other.mass == pytest.approx(3 * one.mass)
@@ -75,7 +75,7 @@ def test_everything_scales_with_height_and_mass(table):
 
 @pytest.mark.parametrize("config", [BodyConfig(), BodyConfig(1.5, 90.0), BodyConfig(table="box")])
 def test_mujoco_compiles_the_same_body(config):
-    built = body.build(config)
+    built = anthropometry.build(config)
     model = mjcf.build(built, PhysicsConfig()).compile()
     for row in range(1, model.nbody):
         compiled = model.body(row)
@@ -89,7 +89,7 @@ def test_mujoco_compiles_the_same_body(config):
 
 
 def test_mujoco_finds_the_centre_of_mass_where_the_table_puts_it():
-    built = body.build(BodyConfig())
+    built = anthropometry.build(BodyConfig())
     model = mjcf.build(built, PhysicsConfig()).compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)  # all angles 0: standing straight, hip at the origin
@@ -113,11 +113,11 @@ def test_mujoco_finds_the_centre_of_mass_where_the_table_puts_it():
 )
 def test_nobody_is_built_out_of_bounds(config, says):
     with pytest.raises(UserError, match=f"{says}: give a"):
-        body.build(config)
+        anthropometry.build(config)
 
 
 def test_an_unknown_table_is_named_with_the_known_ones():
     config = BodyConfig()
     object.__setattr__(config, "table", "round")  # past the type checker, as a damaged JSON would be
     with pytest.raises(UserError, match="table 'round': give one of winter, box"):
-        body.build(config)
+        anthropometry.build(config)

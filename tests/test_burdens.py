@@ -10,9 +10,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from jaxwalk import body, burdens, c_mujoco, mjcf, physics, walker
-from jaxwalk.burdens import Burden
+from jaxwalk import walker
 from jaxwalk.config import Config
+from jaxwalk.model import anthropometry, burdens, c_mujoco, mjcf, physics
+from jaxwalk.model.burdens import Burden
 
 CONFIG = Config()
 SETUP = walker.Setup.of(CONFIG)
@@ -38,7 +39,7 @@ def follow(request):
     def one(burden, qpos, qvel):
         who = walker.person(CONFIG.gait, jnp.float32(HEIGHT), jnp.float32(MASS), burden)
         model = walker.model(setup, who)
-        torso = body.build(CONFIG.body).torso.mass * who.ratio.mass
+        torso = anthropometry.build(CONFIG.body).torso.mass * who.ratio.mass
 
         def tick(plant, _):
             push = jnp.zeros(2)
@@ -90,7 +91,7 @@ def welded(burden: Burden) -> mujoco.MjModel:
     """The walker in C MuJoCo with a box welded to its torso."""
     config = dataclasses.replace(CONFIG.body, height=HEIGHT, mass=MASS)
     settings = dataclasses.replace(c_mujoco.converged(CONFIG.physics), friction=burden.friction)
-    segments = body.build(config)
+    segments = anthropometry.build(config)
     spec = mjcf.build(segments, settings)
     if burden.mass:
         place = [burden.ahead, 0, segments.torso.com[1] + burden.up]

@@ -8,10 +8,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import body, controllers, gait, kinematics, sensors
+from jaxwalk import controllers, gait, sensors
 from jaxwalk.config import BodyConfig, GaitConfig
 from jaxwalk.gait import GaitState
-from jaxwalk.similarity import Similarity
+from jaxwalk.model import anthropometry, kinematics
+from jaxwalk.model.similarity import Similarity
 
 # Round numbers, so that arithmetic can be done in the comments.
 NUMBERS = GaitConfig(
@@ -21,7 +22,7 @@ NUMBERS = GaitConfig(
     toe_off_duration_min=0.02, toe_off_duration_max=0.08, toe_off_full=60.0, toe_off_ankle=0.5,
     toe_off_gain=400.0, toe_off_speed=1.5,
 )  # fmt: skip
-BONES = kinematics.skeleton(body.build(BodyConfig()), jnp.float32(1))
+BONES = kinematics.skeleton(anthropometry.build(BodyConfig()), jnp.float32(1))
 
 
 def f(value):
@@ -223,7 +224,7 @@ def test_similar_bodies_are_told_similar_things(form):
         ratio = Similarity(f(height_ratio), f(mass_ratio))
         # The desired speed is the user's and is not scaled by itself.
         own = gait.scaled(dataclasses.replace(numbers, speed_desired=1.0 * ratio.speed), ratio)
-        bones = kinematics.skeleton(body.build(BodyConfig()), ratio.length)
+        bones = kinematics.skeleton(anthropometry.build(BodyConfig()), ratio.length)
         inertias = controllers.Inertias(
             torso=12.0 * ratio.inertia, leg_mass=6.0 * ratio.mass, damping=1.0 * ratio.rotational_damping
         )

@@ -18,7 +18,7 @@ from jaxwalk.config import Observable
 from jaxwalk.ddpg import networks
 from jaxwalk.export import c, c_runtime, closed_loop, manifest, tensors
 from jaxwalk.export.closed_loop import Shove
-from jaxwalk.physics import Readings
+from jaxwalk.model.physics import Readings
 from jaxwalk.stepper import Task
 
 TRAINED = policy.load(resources.model_path("shipped.safetensors"))

@@ -10,11 +10,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import controllers, drives, mjcf, physics, walker
+from jaxwalk import controllers, drives, walker
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import BodyConfig, Config, PidConfig, validate
 from jaxwalk.config.presets import PRESETS
-from jaxwalk.similarity import Similarity
+from jaxwalk.model import mjcf, physics
+from jaxwalk.model.similarity import Similarity
 
 PAPER = PRESETS["paper"]
 DT = PAPER.physics.timestep

@@ -7,13 +7,14 @@ import mujoco
 import numpy as np
 import pytest
 
-from jaxwalk import body, gait, kinematics, physics, sensors
+from jaxwalk import gait, sensors
 from jaxwalk.config import BodyConfig, GaitConfig, PhysicsConfig
 from jaxwalk.gait import GaitState, Phase
-from jaxwalk.similarity import Similarity
+from jaxwalk.model import anthropometry, kinematics, physics
+from jaxwalk.model.similarity import Similarity
 
 NUMBERS = GaitConfig(touchdown_share=0.5, touchdown_ahead=0.02, touchdown_force=20.0)
-SKELETON = kinematics.skeleton(body.build(BodyConfig()), jnp.float32(1))
+SKELETON = kinematics.skeleton(anthropometry.build(BodyConfig()), jnp.float32(1))
 
 
 def clock(elapsed, stance=0):
@@ -71,7 +72,7 @@ def test_step_length_is_how_far_the_swing_ankle_leads(stance):
 def test_ankles_are_where_mujoco_puts_them():
     height = 1.63
     model = physics.compile_mujoco(BodyConfig(height=height), PhysicsConfig())
-    skeleton = kinematics.skeleton(body.build(BodyConfig()), jnp.float32(height / 1.8))
+    skeleton = kinematics.skeleton(anthropometry.build(BodyConfig()), jnp.float32(height / 1.8))
     data = mujoco.MjData(model)
     data.qpos[:] = [0.7, 2.0, 0.2, 0.4, 0.9, 0.3, -0.5, 0.1, -0.2]
     mujoco.mj_forward(model, data)

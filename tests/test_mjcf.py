@@ -7,8 +7,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from jaxwalk import body, mjcf
 from jaxwalk.config import BodyConfig, PhysicsConfig
+from jaxwalk.model import anthropometry, mjcf
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -22,7 +22,7 @@ def make_models():
 
 @pytest.fixture(scope="module")
 def model():
-    return mjcf.build(body.build(BodyConfig()), PhysicsConfig()).compile()
+    return mjcf.build(anthropometry.build(BodyConfig()), PhysicsConfig()).compile()
 
 
 def pose(model, **angles):
@@ -121,7 +121,7 @@ def test_flexions_are_positive_and_turn_only_their_own_leg(model, side):
 
 
 def test_the_spheres_end_where_the_sole_ends(model):
-    built = body.build(BodyConfig())
+    built = anthropometry.build(BodyConfig())
     data = pose(model)
     for side in mjcf.SIDES:
         ankle = data.body(f"foot_{side}").xpos
@@ -146,7 +146,7 @@ def test_physics_settings_reach_the_model():
         hip_gain=100.0, hip_limit=101.0, knee_stiffness=102.0, knee_damping=103.0, knee_limit=104.0,
         ankle_limit=105.0, ankle_damping=2.0,
     )  # fmt: skip
-    model = mjcf.build(body.build(BodyConfig()), physics).compile()
+    model = mjcf.build(anthropometry.build(BodyConfig()), physics).compile()
     opt = model.opt
     assert (opt.timestep, opt.iterations, opt.ls_iterations, opt.tolerance) == (0.001, 7, 9, 1e-7)
     assert model.pair_solref[:, 0] == pytest.approx(0.011)
@@ -170,7 +170,7 @@ def test_similar_bodies_move_alike():
         physics = PhysicsConfig(
             timestep=0.001 * time, iterations=100, tolerance=1e-12, contact_timeconst=0.006 * time
         )
-        built = body.build(BodyConfig(height, mass))
+        built = anthropometry.build(BodyConfig(height, mass))
         model = mjcf.build(built, physics).compile()
         # The one length of MuJoCo's own that the configuration leaves alone: the depth over which
         # contacts stiffen (solimp's width, 1 mm).

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from jaxwalk import newton, spd
-from jaxwalk.newton import Problem
+from jaxwalk.model.solver import newton, spd
+from jaxwalk.model.solver.newton import Problem
 
 BATCH, DOFS, ROWS = 5, 9, 16
 

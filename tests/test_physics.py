@@ -13,10 +13,11 @@ import numpy as np
 import pytest
 from mujoco import mjx
 
-from jaxwalk import c_mujoco, controllers, mjcf, physics, pushes, walker
+from jaxwalk import controllers, walker
 from jaxwalk.config import BodyConfig, Config
-from jaxwalk.points import PLACES
-from jaxwalk.similarity import Similarity
+from jaxwalk.model import c_mujoco, mjcf, physics, pushes
+from jaxwalk.model.push_points import PLACES
+from jaxwalk.model.similarity import Similarity
 
 CONFIG = Config()
 SETUP = walker.Setup.of(CONFIG)

@@ -6,10 +6,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from jaxwalk import physics, pushes
 from jaxwalk.config import BodyConfig, PhysicsConfig
-from jaxwalk.mjcf import SEGMENTS, SIDES
-from jaxwalk.points import PLACES
+from jaxwalk.model import physics, pushes
+from jaxwalk.model.mjcf import SEGMENTS, SIDES
+from jaxwalk.model.push_points import PLACES
 
 
 def forces(push, ticks=200, pitch=0.0):

@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_are
 
-from jaxwalk import body, kinematics, mjcf, sensors
+from jaxwalk import sensors
 from jaxwalk.config import BodyConfig, PhysicsConfig, SensorConfig
-from jaxwalk.physics import Readings
+from jaxwalk.model import anthropometry, kinematics, mjcf
+from jaxwalk.model.physics import Readings
 
 CONFIG = SensorConfig()
 DT = 0.002
-SKELETON = kinematics.skeleton(body.build(BodyConfig()), jnp.float32(1))
+SKELETON = kinematics.skeleton(anthropometry.build(BodyConfig()), jnp.float32(1))
 
 
 def readings(velocity=1.0, pitch=0.0, gyro=0.0):
@@ -172,7 +173,7 @@ def test_filters_pass_less_noise_than_they_get():
 
 
 def test_the_accelerometer_reads_what_mujocos_does():
-    spec = mjcf.build(body.build(BodyConfig()), PhysicsConfig(iterations=100))
+    spec = mjcf.build(anthropometry.build(BodyConfig()), PhysicsConfig(iterations=100))
     spec.add_sensor(
         name="accelerometer",
         type=mujoco.mjtSensor.mjSENS_ACCELEROMETER,

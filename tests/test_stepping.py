@@ -8,23 +8,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import (
-    dynamics,
-    env,
-    footstep,
-    physics,
-    rollout,
-    scenarios,
-    stepper,
-    stepping,
-    trials,
-    walker,
-    windows,
-)
+from jaxwalk import env, footstep, rollout, scenarios, stepper, stepping, trials, walker, windows
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import BodyConfig, Config, PhysicsConfig
 from jaxwalk.kernels import compiler, native, walk
 from jaxwalk.kernels.graph import Unsupported
+from jaxwalk.model import physics
+from jaxwalk.model.solver import dynamics
 from jaxwalk.stepper import Task
 
 PLANAR, WALLS = Config(), Config(body=BodyConfig(model="walls"))
@@ -221,9 +211,9 @@ def test_mjx_itself_steps_whoever_asks_for_it():
     ],
 )
 def test_a_model_that_the_own_solver_does_not_hold_is_refused_by_name(change, why):
-    from jaxwalk import body, mjcf
+    from jaxwalk.model import anthropometry, mjcf
 
-    spec = mjcf.build(body.build(PLANAR.body), PLANAR.physics, "planar")
+    spec = mjcf.build(anthropometry.build(PLANAR.body), PLANAR.physics, "planar")
     dynamics.check(spec.compile())
     change(spec)
     for one in spec.bodies[1:]:

@@ -7,9 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import footstep, pushes, stepping, walker
+from jaxwalk import footstep, stepping, walker
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
+from jaxwalk.model import pushes
 from jaxwalk.stepper import Task
 from jaxwalk.trials import BINS, PUSH_STEP, Profile, Runner, Scenario, begin
 

@@ -8,8 +8,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from jaxwalk import physics, pushes, walker
+from jaxwalk import walker
 from jaxwalk.config import BodyConfig, Config
+from jaxwalk.model import physics, pushes
 
 CONFIG = Config()
 SETUP = walker.Setup.of(CONFIG)

@@ -7,8 +7,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from jaxwalk import body, c_mujoco, mjcf, physics
 from jaxwalk.config import BodyConfig, Config, PhysicsConfig
+from jaxwalk.model import anthropometry, c_mujoco, mjcf, physics
 from jaxwalk.watch import figure
 
 CONFIG = Config(body=BodyConfig(model="walls"))
@@ -147,7 +147,7 @@ def test_the_mirrored_walker_mirrors_the_walk(model):
 
 def limp(spec_change=None):
     """The body with nothing that drives or dampens it, in a world without weight, off the floor."""
-    spec = mjcf.build(body.build(CONFIG.body), c_mujoco.converged(CONFIG.physics), "walls")
+    spec = mjcf.build(anthropometry.build(CONFIG.body), c_mujoco.converged(CONFIG.physics), "walls")
     spec.option.gravity = [0, 0, 0]
     spec.option.timestep = 0.001
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION

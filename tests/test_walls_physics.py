@@ -5,9 +5,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import controllers, evaluate, mjcf, subjects, sway, walker
+from jaxwalk import controllers, evaluate, subjects, sway, walker
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.config import BodyConfig, Config
+from jaxwalk.model import mjcf
 
 CONFIG = Config(body=BodyConfig(model="walls"))
 IN_C, IN_MJX = walker.Setup.of(CONFIG, "mujoco"), walker.Setup.of(CONFIG)

@@ -14,7 +14,6 @@ import jax.numpy as jnp
 import numpy as np
 from jax.sharding import Mesh
 
-from jaxwalk import pushes
 from jaxwalk.bench import costs, limits, stages
 from jaxwalk.bench.programs import record, sharded, split, walk_ticks
 from jaxwalk.bench.rounds import BARE, BY_XLA, LOOP, TICK, Builder, Program, take_turns
@@ -23,6 +22,7 @@ from jaxwalk.common import runtime
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
 from jaxwalk.ddpg.replay import Replay
+from jaxwalk.model import pushes
 from jaxwalk.stepper import Stepper, Task
 from jaxwalk.train import loop
 from jaxwalk.train.loop import TrainState

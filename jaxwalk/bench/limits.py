@@ -13,9 +13,9 @@ import numpy as np
 from jax.sharding import Mesh
 from mujoco import rollout
 
-from jaxwalk import c_mujoco, physics
 from jaxwalk.bench.programs import split
 from jaxwalk.config import REFERENCE_HEIGHT, REFERENCE_MASS, Config
+from jaxwalk.model import c_mujoco, physics
 from jaxwalk.walker import Walker
 
 C_LIMITED, C_CONVERGED = "c_mujoco", "c_mujoco_converged"

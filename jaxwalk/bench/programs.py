@@ -13,11 +13,12 @@ from jax.sharding import Mesh, NamedSharding, PartitionSpec
 from jaxtyping import Array, Bool, Float
 from mujoco import mjx
 
-from jaxwalk import controllers, footstep, physics, pushes, stepper, walker, windows
+from jaxwalk import controllers, footstep, stepper, walker, windows
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
 from jaxwalk.common.parallel.devices import AXIS
 from jaxwalk.config import Config
+from jaxwalk.model import physics, pushes
 from jaxwalk.stepper import Stepper, Task
 from jaxwalk.walker import Walker
 

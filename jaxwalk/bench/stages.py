@@ -15,12 +15,13 @@ import jax.numpy as jnp
 from jax.sharding import Mesh, PartitionSpec
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
-from jaxwalk import controllers, footstep, physics, sensors, stepping, walker, windows
+from jaxwalk import controllers, footstep, sensors, stepping, walker, windows
 from jaxwalk.bench.programs import bare_steps
 from jaxwalk.bench.rounds import BARE, BY_XLA, LOOP, TICK
 from jaxwalk.common.parallel.devices import AXIS
 from jaxwalk.config import Config
-from jaxwalk.physics import Plant, Readings
+from jaxwalk.model import physics
+from jaxwalk.model.physics import Plant, Readings
 from jaxwalk.sensors import Estimate, SensorState
 from jaxwalk.stepper import Stepper, Task
 from jaxwalk.train import loop

@@ -14,7 +14,7 @@ import tyro
 
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import BodyModel
-from jaxwalk.points import Point
+from jaxwalk.model.push_points import Point
 
 T = TypeVar("T")
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
@@ -158,4 +158,4 @@ Impulses = Annotated[tuple[float, ...], _list_of("impulses")]
 Numbers = Annotated[tuple[float, ...], _list_of("numbers")]
 Names = Annotated[tuple[str, ...], _names_of("NAME,NAME,...", str.strip)]
 Points = Annotated[tuple[str, ...], _names_of("POINT,POINT,...", lambda item: Point.of(item).name)]
-"""Points on the body by the names of `points.Point`, as ``torso-0.1,torso,stance-thigh``."""
+"""Points on the body by the names of `push_points.Point`, as ``torso-0.1,torso,stance-thigh``."""

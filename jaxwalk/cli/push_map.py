@@ -11,7 +11,7 @@ from jaxwalk.cli.parse import Impulses, Numbers, OptionalInt, OptionalModel, Poi
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Engine
-from jaxwalk.points import Point
+from jaxwalk.model.push_points import Point
 
 IMPULSES = tuple(float(i) for i in range(-120, 121, 15))
 

@@ -14,10 +14,10 @@ REFERENCE_MASS = 75.0  # kg
 GRAVITY = 9.81  # m/s^2
 
 BodyModel = Literal["planar", "walls"]
-"""How a body moves: in the plane, or in space between two walls, as the paper's (see ``jaxwalk.mjcf``)."""
+"""How a body moves: in the plane, or in space between two walls, as the paper's: ``jaxwalk.model.mjcf``."""
 
 Engine = Literal["mjx", "mujoco"]
-"""What moves the plant: MJX, or C MuJoCo solved to convergence (see ``jaxwalk.c_mujoco``)."""
+"""What moves the plant: MJX, or C MuJoCo solved to convergence (see ``jaxwalk.model.c_mujoco``)."""
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,10 @@ import mujoco
 import numpy as np
 from jaxtyping import PRNGKeyArray
 
-from jaxwalk import body, c_mujoco, physics, sensors, walker
+from jaxwalk import sensors, walker
 from jaxwalk.config import Config
 from jaxwalk.deploy import Sensors
+from jaxwalk.model import anthropometry, c_mujoco, physics
 
 
 @runtime_checkable
@@ -114,7 +115,7 @@ def walk(
     instruments = Instruments(config, np.random.default_rng(seed), begun.sensors)
     command = runtime.start(said, int(begun.gait.stance))
     result = Walk(seconds, False, 0.0, [said], [command], [True])
-    lowest = config.gait.fall_height * body.build(config.body).hip_height
+    lowest = config.gait.fall_height * anthropometry.build(config.body).hip_height
     dt = config.physics.timestep
     steps, begin, place = 0, None, 0.0
     elapsed = 0

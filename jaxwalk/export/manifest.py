@@ -14,10 +14,11 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from jaxwalk import __version__, back_step, body, gait, kinematics, policy, sensors, walker
+from jaxwalk import __version__, back_step, gait, policy, sensors, walker
 from jaxwalk.config import GRAVITY, REFERENCE_HEIGHT, REFERENCE_MASS, BodyConfig, Config
 from jaxwalk.deploy.file import FORMAT_VERSION
-from jaxwalk.similarity import Similarity
+from jaxwalk.model import anthropometry, kinematics
+from jaxwalk.model.similarity import Similarity
 
 SWITCHES = ("toe_off_form", "toe_off_latched", "back_step")
 """Fields of `GaitConfig` that are no numbers."""
@@ -107,7 +108,7 @@ def _numbers(config: Config) -> Iterator[tuple[str, dict[str, float]]]:
     for name in names:
         yield name, _number(lambda r, n=name: getattr(gait.scaled(ones, r), n), getattr(config.gait, name))
 
-    reference = body.build(BodyConfig(table=config.body.table))
+    reference = anthropometry.build(BodyConfig(table=config.body.table))
     setup = walker.Setup.of(config)
     for name in ("thigh", "shank", "foot", "torso"):
         yield name, _number(lambda r, n=name: getattr(kinematics.skeleton(reference, r.length), n))

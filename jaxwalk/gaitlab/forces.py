@@ -7,10 +7,10 @@ from flax import struct
 from jaxtyping import Array, Float
 from mujoco import mjx
 
-from jaxwalk import kinematics
-from jaxwalk.kinematics import Skeleton
-from jaxwalk.mjcf import Layout
-from jaxwalk.physics import Plant
+from jaxwalk.model import kinematics
+from jaxwalk.model.kinematics import Skeleton
+from jaxwalk.model.mjcf import Layout
+from jaxwalk.model.physics import Plant
 
 
 @struct.dataclass

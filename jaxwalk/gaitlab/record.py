@@ -13,10 +13,11 @@ from flax import struct
 from jaxtyping import Array, Bool, Float
 from mujoco import mjx
 
-from jaxwalk import kinematics, physics, pushes, rollout, stepper, walker
+from jaxwalk import rollout, stepper, walker
 from jaxwalk.common.parallel import devices
 from jaxwalk.gaitlab import forces
 from jaxwalk.gaitlab.forces import Forces
+from jaxwalk.model import kinematics, physics, pushes
 from jaxwalk.stepper import Stepper, Task
 from jaxwalk.subjects import Subject
 from jaxwalk.trials import SETTLE_SECONDS, Scenario

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from jaxwalk import subjects
-from jaxwalk.burdens import Burden
 from jaxwalk.cli.generalise import KINDS
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config
-from jaxwalk.similarity import Similarity
+from jaxwalk.model.burdens import Burden
+from jaxwalk.model.similarity import Similarity
 from jaxwalk.subjects import Subject
 
 # Centres of packs from the torso's own, (ahead, up), m. On the back: half a trunk (0.09 m) and nearly half a

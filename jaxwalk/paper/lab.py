@@ -15,11 +15,12 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from jaxwalk import evaluate, points, scenarios, subjects
-from jaxwalk.burdens import Burden
+from jaxwalk import evaluate, scenarios, subjects
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.config import BodyModel, GaitConfig
 from jaxwalk.evaluate import AFTER_PUSH, BEFORE_PUSH, Programs
+from jaxwalk.model import push_points
+from jaxwalk.model.burdens import Burden
 from jaxwalk.paper import trace, trainings
 from jaxwalk.paper.verdict import Interval, mean_of, share
 from jaxwalk.subjects import Subject
@@ -125,14 +126,14 @@ class Lab:
     ) -> Scenario:
         """[N] scenarios of the configured body; ``point``: where pushes land, default the torso's centre."""
         count = len(impulse)
-        places = [points.Point.of(name) for name in point or ["torso"] * count]
+        places = [push_points.Point.of(name) for name in point or ["torso"] * count]
         return scenarios.batch(
             subject.config,
             np.asarray(impulse, np.float32),
             np.asarray(phase, np.float32),
             scenarios.keys(self.seed, purpose, count),
             np.array([place.height for place in places]),
-            push_place=np.array([points.PLACES.index(place.place) for place in places]),
+            push_place=np.array([push_points.PLACES.index(place.place) for place in places]),
             burden=burden,
         )
 

@@ -14,9 +14,10 @@ import numpy as np
 from flax import struct
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from jaxwalk import pushes, rollout, scenarios, stepper, stepping
+from jaxwalk import rollout, scenarios, stepper, stepping
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
+from jaxwalk.model import pushes
 from jaxwalk.stepper import Stepper, Task
 from jaxwalk.subjects import Subject
 from jaxwalk.trials import SETTLE_SECONDS

@@ -10,10 +10,11 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table as Screen
 
-from jaxwalk import body, physics, results, stepping, subjects
+from jaxwalk import results, stepping, subjects
 from jaxwalk.capturability import Pendulum
 from jaxwalk.common import files, runtime
 from jaxwalk.config import to_dict
+from jaxwalk.model import anthropometry, physics
 from jaxwalk.pushmap import picture, run, summary, table
 from jaxwalk.pushmap.grid import Grid
 from jaxwalk.subjects import Subject
@@ -56,7 +57,7 @@ def push_map(subject: Subject, args: PushMapArgs, progress: Progress) -> dict[st
 def _pendulum(subject: Subject, walked: Trial, found: table.Table) -> Pendulum:
     """The walker as a pendulum: its own height of the centre of mass, step, and abilities."""
     config, tally = subject.config, walked.tally
-    person = body.build(config.body)
+    person = anthropometry.build(config.body)
     model = physics.compile_mujoco(config.body, config.physics)
     data = mujoco.MjData(model)
     data.qpos[1] = person.hip_height

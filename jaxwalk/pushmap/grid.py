@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from jaxwalk.points import PLACES, Point
+from jaxwalk.model.push_points import PLACES, Point
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,7 @@ class Grid:
     Attributes:
       impulses: N s, ascending, forward positive.
       phases: of the step at which the push begins, each in [0, 1), ascending.
-      points: pushed, by their names (see `points.Point`), in any order.
+      points: pushed, by their names (see `push_points.Point`), in any order.
       durations: of the push, s.
       replicas: starts and noises for each combination.
       seed: of all of them.
@@ -55,7 +55,7 @@ class Grid:
         return {"duration": duration, "point": names, "impulse": impulse, "phase": phase}
 
     def where(self) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
-        """[size] each trial's place, an index into `points.PLACES`, and height on the torso, m."""
+        """[size] each trial's place, an index into `push_points.PLACES`, and height on the torso, m."""
         known = {name: Point.of(name) for name in self.points}
         points = [known[name] for name in self.columns()["point"].tolist()]
         return (

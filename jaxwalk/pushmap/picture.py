@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from jaxwalk.common import figures
-from jaxwalk.points import Point
+from jaxwalk.model.push_points import Point
 
 _WIDE = 4  # panels in a row, at most
 _LINES = {  # of the limits: sign, label, style

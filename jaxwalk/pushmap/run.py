@@ -11,10 +11,11 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from jaxwalk import evaluate, pushes, scenarios
+from jaxwalk import evaluate, scenarios
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Engine
+from jaxwalk.model import pushes
 from jaxwalk.pushmap.table import Table
 from jaxwalk.stepper import Task
 from jaxwalk.subjects import Subject

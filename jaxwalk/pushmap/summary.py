@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from jaxwalk import capturability
 from jaxwalk.capturability import Pendulum
-from jaxwalk.points import Point
+from jaxwalk.model.push_points import Point
 from jaxwalk.pushmap.grid import Grid
 from jaxwalk.pushmap.table import Table
 from jaxwalk.statistics import each_phase, threshold, wilson, worst_phase

@@ -9,7 +9,7 @@ import numpy as np
 
 from jaxwalk.cli.report import Name
 from jaxwalk.compare.summary import WAYS
-from jaxwalk.points import Point
+from jaxwalk.model.push_points import Point
 from jaxwalk.report import generalised, measured
 from jaxwalk.report.words import (
     NOTHING,

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from jaxwalk import mjcf
+from jaxwalk.model import mjcf
 from jaxwalk.recording import Shove, Walk, camera_path
 
 POSE_SECONDS = 0.01  # about so long from pose to pose

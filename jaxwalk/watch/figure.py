@@ -7,7 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from jaxwalk import mjcf
+from jaxwalk.model import mjcf
 
 _FAR, _NEAR = mjcf.SIDES  # seen from the right, the left leg is the far one
 _PITCHES = ("root_pitch", "hip", "knee", "ankle")  # what a body turns by in the plane

@@ -11,8 +11,9 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from jaxwalk import __version__, physics, policy, recording, stage
+from jaxwalk import __version__, policy, recording, stage
 from jaxwalk.common.errors import UserError
+from jaxwalk.model import physics
 from jaxwalk.recording import Shove, Walk
 from jaxwalk.subjects import Subject
 from jaxwalk.watch import data, figure, page

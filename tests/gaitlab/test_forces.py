@@ -9,9 +9,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from jaxwalk import mjcf, physics, walker
+from jaxwalk import walker
 from jaxwalk.config import GRAVITY, Config
 from jaxwalk.gaitlab import forces
+from jaxwalk.model import mjcf, physics
 
 CONFIG = Config()
 SETUP = walker.Setup.of(CONFIG)

@@ -7,9 +7,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from jaxwalk import footstep, physics, pushes, rollout, stepper, walker
+from jaxwalk import footstep, rollout, stepper, walker
 from jaxwalk.config import Config
 from jaxwalk.gaitlab import record
+from jaxwalk.model import physics, pushes
 from jaxwalk.stepper import Task
 
 CONFIG = Config()

@@ -11,10 +11,10 @@ import pytest
 from PIL import Image
 
 from jaxwalk import cli, evaluate, trials
-from jaxwalk.burdens import Burden
 from jaxwalk.cli.generalise import KINDS
 from jaxwalk.config import BodyConfig, Config
 from jaxwalk.generalise.circumstances import circumstances
+from jaxwalk.model.burdens import Burden
 
 NOTHING = Burden(0.0, 0.20, 0.0, 0.0, 0.9)
 

@@ -11,9 +11,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from jaxwalk import scenarios
-from jaxwalk.burdens import Burden
 from jaxwalk.config import BodyModel
 from jaxwalk.generalise.circumstances import BACKPACK, FRONT_PACK
+from jaxwalk.model.burdens import Burden
 from jaxwalk.paper import pictures
 from jaxwalk.paper.claim import Claim, Numbers
 from jaxwalk.paper.lab import Lab, outlived, speeds_of

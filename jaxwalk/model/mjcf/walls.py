@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import mujoco
 
-from jaxwalk.body import HIP_TO_SHOULDER, Body
 from jaxwalk.config import PhysicsConfig
-from jaxwalk.mjcf import parts
-from jaxwalk.mjcf.layout import SIDES, WALLS
-from jaxwalk.similarity import Similarity
+from jaxwalk.model.anthropometry import HIP_TO_SHOULDER, Body
+from jaxwalk.model.mjcf import parts
+from jaxwalk.model.mjcf.layout import SIDES, WALLS
+from jaxwalk.model.similarity import Similarity
 
 GAP = 0.01 / 1.8  # fraction of height, between the trunk in the middle and each wall
 # m of that, in which a wall gives way: MuJoCo's contacts are soft. How soft does not go with the stature.

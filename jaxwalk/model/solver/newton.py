@@ -22,7 +22,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxwalk import spd
+from jaxwalk.model.solver import spd
 
 WRITTEN_OUT = 8
 """So few steps are no loop, which would cost more than it holds, and could not be unrolled for kernels."""

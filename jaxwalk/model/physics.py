@@ -17,11 +17,12 @@ from flax import struct
 from jaxtyping import Array, Float
 from mujoco import mjx
 
-from jaxwalk import body as body_lib
-from jaxwalk import dynamics, mjcf
 from jaxwalk.config import BodyConfig, PhysicsConfig
-from jaxwalk.mjcf import Layout
-from jaxwalk.similarity import Similarity
+from jaxwalk.model import anthropometry as body_lib
+from jaxwalk.model import mjcf
+from jaxwalk.model.mjcf import Layout
+from jaxwalk.model.similarity import Similarity
+from jaxwalk.model.solver import dynamics
 
 T = TypeVar("T")
 

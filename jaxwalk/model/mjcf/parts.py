@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import mujoco
 
-from jaxwalk.body import Body, Segment
 from jaxwalk.config import GRAVITY, PhysicsConfig
-from jaxwalk.mjcf.layout import SIDES
-from jaxwalk.similarity import Similarity
+from jaxwalk.model.anthropometry import Body, Segment
+from jaxwalk.model.mjcf.layout import SIDES
+from jaxwalk.model.similarity import Similarity
 
 DRAWN, COLLIDES = 1, 3  # geom groups: boxes are drawn, spheres collide
 SOLE_RADIUS = 0.01  # fraction of height
@@ -231,7 +231,7 @@ def servos(spec: mujoco.MjSpec, side: str, scale: Similarity, physics: PhysicsCo
 
 
 def instruments(spec: mujoco.MjSpec) -> None:
-    """IMU, then the force under each sole; in the order of `jaxwalk.physics.readings_of`."""
+    """IMU, then the force under each sole; in the order of `jaxwalk.model.physics.readings_of`."""
     sensor(spec, "imu_velocity", "FRAMELINVEL", "imu")
     sensor(spec, "imu_up", "FRAMEZAXIS", "imu")
     sensor(spec, "imu_gyro", "GYRO", "imu")

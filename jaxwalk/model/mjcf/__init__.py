@@ -7,11 +7,11 @@ ankle dorsiflexion are positive, and so are hip abduction and foot inversion whe
 
 import mujoco
 
-from jaxwalk.body import Body
 from jaxwalk.config import BodyModel, PhysicsConfig
-from jaxwalk.mjcf import planar, walls
-from jaxwalk.mjcf.layout import LAYOUTS, PLANAR, SEGMENTS, SIDES, WALLS, Layout
-from jaxwalk.mjcf.parts import COLLIDES, DRAWN
+from jaxwalk.model.anthropometry import Body
+from jaxwalk.model.mjcf import planar, walls
+from jaxwalk.model.mjcf.layout import LAYOUTS, PLANAR, SEGMENTS, SIDES, WALLS, Layout
+from jaxwalk.model.mjcf.parts import COLLIDES, DRAWN
 
 __all__ = ["COLLIDES", "DRAWN", "LAYOUTS", "PLANAR", "SEGMENTS", "SIDES", "WALLS", "Layout", "build"]
 

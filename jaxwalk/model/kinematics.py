@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Float
 
-from jaxwalk.body import Body
+from jaxwalk.model.anthropometry import Body
 
 
 @struct.dataclass

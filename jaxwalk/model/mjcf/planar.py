@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import mujoco
 
-from jaxwalk.body import Body
 from jaxwalk.config import PhysicsConfig
-from jaxwalk.mjcf import parts
-from jaxwalk.mjcf.layout import PLANAR, SIDES
-from jaxwalk.similarity import Similarity
+from jaxwalk.model.anthropometry import Body
+from jaxwalk.model.mjcf import parts
+from jaxwalk.model.mjcf.layout import PLANAR, SIDES
+from jaxwalk.model.similarity import Similarity
 
 
 def build(body: Body, physics: PhysicsConfig) -> mujoco.MjSpec:

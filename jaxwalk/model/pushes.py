@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Bool, Float, Int
 
-from jaxwalk.points import PLACES
+from jaxwalk.model.push_points import PLACES
 
 
 @struct.dataclass
@@ -18,7 +18,7 @@ class Push:
       ticks: how many ticks it lasts.
       force: N, forward positive.
       height: of the point pushed above the torso's centre, m; not looked at on a leg.
-      place: the segment pushed, an index into `points.PLACES`; a leg's at its centre of mass.
+      place: the segment pushed, an index into `push_points.PLACES`; a leg's at its centre of mass.
       stance: the leg that was in stance when it began, 0 left, 1 right.
     """
 

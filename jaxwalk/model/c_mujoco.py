@@ -16,12 +16,12 @@ import mujoco
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxwalk import burdens
-from jaxwalk import physics as mjx_physics
-from jaxwalk.burdens import Burden
 from jaxwalk.config import REFERENCE_HEIGHT, REFERENCE_MASS, BodyConfig, PhysicsConfig
-from jaxwalk.physics import Plant, Readings
-from jaxwalk.similarity import Similarity
+from jaxwalk.model import burdens
+from jaxwalk.model import physics as mjx_physics
+from jaxwalk.model.burdens import Burden
+from jaxwalk.model.physics import Plant, Readings
+from jaxwalk.model.similarity import Similarity
 
 _BODIES = 1024  # compiled models that are kept, of some 0.2 MB each
 _STATE = mujoco.mjtState
@@ -43,7 +43,7 @@ def step(
     push: Float[Array, "7 2"],
     burden: Burden | None = None,
 ) -> tuple[Plant, Readings]:
-    """One tick, as `jaxwalk.physics.step` makes it.
+    """One tick, as `jaxwalk.model.physics.step` makes it.
 
     Args:
       config: the table of the body; its height and mass are ``body``'s.

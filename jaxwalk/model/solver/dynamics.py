@@ -1,8 +1,8 @@
 """One step of MJX's own dynamics, but for the equations that it solves.
 
 Kinematics, collisions, constraint rows, actuators and sensors are MJX's. Its solver and its integrator call
-LAPACK for every walker and try step lengths one after another; here `jaxwalk.newton` and `jaxwalk.spd` take
-their places, which solve the same equations for a batch at a time.
+LAPACK for every walker and try step lengths one after another; here `newton` and `spd` take their places,
+which solve the same equations for a batch at a time.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ import mujoco
 import numpy as np
 from mujoco import mjx
 
-from jaxwalk import newton, spd
 from jaxwalk.common.errors import UserError
+from jaxwalk.model.solver import newton, spd
 
 
 def check(model: mujoco.MjModel) -> None:
