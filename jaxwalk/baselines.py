@@ -15,9 +15,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxwalk import footstep, walker
+from jaxwalk import footstep
 from jaxwalk.config import GRAVITY, REFERENCE_HEIGHT, REFERENCE_MASS, GaitConfig, Observable
-from jaxwalk.walker import Person
+from jaxwalk.control.person import Person
 
 Number = float | Float[Array, ""]  # a constant, or the traced one that is being tuned
 
@@ -143,7 +143,7 @@ def strong(tree: T) -> T:
 
 def reference(gait: GaitConfig) -> Person:
     """The reference body, whose commands the rules speak of."""
-    return walker.person(gait, jnp.float32(REFERENCE_HEIGHT), jnp.float32(REFERENCE_MASS))
+    return Person.of(gait, jnp.float32(REFERENCE_HEIGHT), jnp.float32(REFERENCE_MASS))
 
 
 def act(params: tuple[Rule, Person], observation: Float[Array, "O"]) -> Float[Array, "2"]:

@@ -15,8 +15,9 @@ from brax import envs
 from brax.envs.base import Env, State
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from jaxwalk import footstep, stepper, stepping, walker, windows
+from jaxwalk import footstep, stepper, stepping, windows
 from jaxwalk.config import Config, validate
+from jaxwalk.control.person import model_of
 from jaxwalk.stepper import Stepper, Task
 
 NAME = "jaxwalk_footstep"
@@ -129,7 +130,7 @@ class FootstepEnv(Env):
 
         def on(state: Stepper) -> Stepper:
             def by_xla() -> tuple[Stepper, None]:
-                return stepper.tick(task, walker.model(task.setup, state.walker.person), state), None
+                return stepper.tick(task, model_of(task.setup, state.walker.person), state), None
 
             return stepping.scan(task.setup, _on, task, TICKS, state, otherwise=by_xla)[0]
 

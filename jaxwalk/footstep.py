@@ -7,9 +7,11 @@ from collections.abc import Callable
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from jaxwalk import sensors, walker
 from jaxwalk.config import RewardConfig
-from jaxwalk.walker import Person, Setup, Walker
+from jaxwalk.control import sensors
+from jaxwalk.control.person import Person, skeleton
+from jaxwalk.control.walker import Walker
+from jaxwalk.model.engine import Setup
 
 ACTIONS = ("length", "duration")
 
@@ -23,12 +25,12 @@ _Seen = Callable[[Setup, Walker, Float[Array, ""]], Float[Array, ""]]
 
 
 def _zmp(setup: Setup, state: Walker) -> Float[Array, ""]:
-    bones = walker.skeleton(setup, state.person)
+    bones = skeleton(setup, state.person)
     return sensors.zmp_distance(bones, state.estimate, state.gait.is_stance) / state.person.ratio.length
 
 
 def _com_ahead(setup: Setup, state: Walker) -> Float[Array, ""]:
-    bones = walker.skeleton(setup, state.person)
+    bones = skeleton(setup, state.person)
     ahead, _ = sensors.com_ahead(bones, state.estimate, state.gait.is_stance)
     return ahead / state.person.ratio.length
 

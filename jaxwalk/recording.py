@@ -13,7 +13,8 @@ import numpy as np
 from flax import struct
 from jaxtyping import Array, Bool, Float, Int
 
-from jaxwalk import rollout, stepper, walker
+from jaxwalk import rollout, stepper
+from jaxwalk.control import walker
 from jaxwalk.model import pushes
 from jaxwalk.stepper import Stepper, Task
 from jaxwalk.subjects import Subject

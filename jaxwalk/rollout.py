@@ -9,7 +9,8 @@ from typing import Any
 import jax
 from mujoco import mjx
 
-from jaxwalk import stepper, stepping, walker
+from jaxwalk import stepper, stepping
+from jaxwalk.control.person import model_of
 from jaxwalk.stepper import Stepper, Task
 from jaxwalk.trials import Act
 
@@ -46,7 +47,7 @@ def segment(
         state = stepper.decide(state, act(params, state.observation))
 
         def by_xla() -> tuple[Stepper, Any]:
-            model = walker.model(task.setup, state.walker.person)
+            model = model_of(task.setup, state.walker.person)
             return jax.lax.scan(lambda one, _: tick(task, model, one), state, length=ticks)
 
         return stepping.scan(task.setup, _alone, (tick, task), ticks, state, otherwise=by_xla)
@@ -57,4 +58,4 @@ def segment(
 
 def _alone(setting: tuple[Tick, Task], state: Stepper) -> tuple[Stepper, Any]:
     tick, task = setting
-    return tick(task, walker.model(task.setup, state.walker.person), state)
+    return tick(task, model_of(task.setup, state.walker.person), state)

@@ -14,8 +14,7 @@ from mujoco.rendering.classic import gl_context
 
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import REFERENCE_HEIGHT, Config
-from jaxwalk.model import anthropometry as body_lib
-from jaxwalk.model import mjcf
+from jaxwalk.model import anthropometry, mjcf
 from jaxwalk.model.similarity import Similarity
 
 FADE_SECONDS = 0.35  # a push is over within three pictures: its arrow fades more slowly
@@ -141,7 +140,7 @@ def _let_go(spec: mujoco.MjSpec, damping: float) -> None:
 
 def model(config: Config) -> mujoco.MjModel:
     """The walker of ``config`` in C MuJoCo as it is drawn; stepped, it is a limp body that falls."""
-    person = body_lib.build(config.body)
+    person = anthropometry.build(config.body)
     spec = mjcf.build(person, config.physics, config.body.model)
     _dress(spec)
     _let_go(spec, _LIMP_DAMPING * Similarity.of(person.height, person.mass).rotational_damping)

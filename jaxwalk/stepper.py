@@ -9,12 +9,16 @@ import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
-from jaxwalk import footstep, walker
+from jaxwalk import footstep
 from jaxwalk.config import Config, Engine, GaitConfig, RewardConfig
+from jaxwalk.control import walker
+from jaxwalk.control.person import Person, model_of
+from jaxwalk.control.walker import Walker
 from jaxwalk.ddpg.types import Transition
 from jaxwalk.kernels import fused as kernels
+from jaxwalk.model import engine
 from jaxwalk.model.burdens import Burden
-from jaxwalk.walker import Setup, Walker
+from jaxwalk.model.engine import Setup
 
 
 @dataclass(frozen=True)
@@ -106,7 +110,7 @@ def start(
     burden: Burden | None = None,
 ) -> Stepper:
     """A new walker whose front foot has just landed, so that its first decision is due."""
-    who = walker.person(numbers, height, mass, burden)
+    who = Person.of(numbers, height, mass, burden)
     state = walker.start(task.setup, who, key, noise)
     length = walker.landed_length(task.setup, state)
     observation = footstep.observe(task.observation, task.setup, state, length)
@@ -141,27 +145,27 @@ def decide(stepper: Stepper, action: Float[Array, "2"]) -> Stepper:
 
 
 def tick(
-    task: Task, model: walker.Model, stepper: Stepper, white: Float[Array, "18"] | None = None
+    task: Task, model: engine.Model, stepper: Stepper, white: Float[Array, "18"] | None = None
 ) -> Stepper:
     """One physics step; at a touch-down or a fall the footstep closes into ``last``.
 
     A walker that is done stays as it is.
 
     Args:
-      model: `walker.model` of it; kernels make their own of who the walker is.
+      model: `model_of` of it; kernels make their own of who the walker is.
       white: as for `walker.tick`.
     """
     white = walker.noise(stepper.walker, 1)[0] if white is None else white
     setup = task.setup
-    # Gazebo's drives round to whole ticks, which has no kernel; their plant has (`walker.move`).
+    # Gazebo's drives round to whole ticks, which has no kernel; their plant has (`engine.move`).
     servos = setup.engine == "mjx" and setup.physics.drives == "servo"
-    if servos and walker.on_gpu(setup):
+    if servos and engine.on_gpu(setup):
         return kernels.fused(_tick, task, stepper, white)
     return moved(task, stepper, *walker.tick(task.setup, model, stepper.walker, white))
 
 
 def _tick(task: Task, stepper: Stepper, white: Float[Array, "18"]) -> Stepper:
-    model = walker.model(task.setup, stepper.walker.person)
+    model = model_of(task.setup, stepper.walker.person)
     return moved(task, stepper, *walker.tick(task.setup, model, stepper.walker, white))
 
 

@@ -15,7 +15,7 @@ from jaxwalk.config import Config, Engine
 from jaxwalk.kernels import native, walk
 from jaxwalk.kernels.compiler import BuildError
 from jaxwalk.kernels.graph import Unsupported
-from jaxwalk.walker import Setup, on_gpu, unrolls
+from jaxwalk.model.engine import Setup, on_gpu, unrolls
 
 T = TypeVar("T")
 BLOCK = 128

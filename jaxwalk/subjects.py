@@ -16,10 +16,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxwalk import baselines, footstep, policy, run_folder, walker, windows
+from jaxwalk import baselines, footstep, policy, run_folder, windows
 from jaxwalk.common import resources, untrusted
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import REFERENCE_HEIGHT, BodyModel, Config, validate
+from jaxwalk.control.person import Person
 
 SHIPPED, FIXED = "shipped", "fixed"
 
@@ -128,7 +129,7 @@ def _never_adapted(action: Float[Array, "2"], observation: Float[Array, "O"]) ->
 def nominal(config: Config) -> Float[Array, "2"]:
     """The nominal step of the configured body, as an action."""
     body = config.body
-    return jax.jit(lambda h, m: footstep.nominal_action(walker.person(config.gait, h, m)))(
+    return jax.jit(lambda h, m: footstep.nominal_action(Person.of(config.gait, h, m)))(
         jnp.float32(body.height), jnp.float32(body.mass)
     )
 

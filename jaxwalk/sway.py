@@ -10,8 +10,8 @@ from flax import struct
 from jaxtyping import Array, Float
 
 from jaxwalk import stepper
+from jaxwalk.control.walker import Walker
 from jaxwalk.model.mjcf import walls
-from jaxwalk.walker import Walker
 
 
 @struct.dataclass

@@ -19,9 +19,11 @@ from flax import struct
 from jax.sharding import Mesh
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from jaxwalk import stepper, stepping, sway, walker
+from jaxwalk import stepper, stepping, sway
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import GaitConfig
+from jaxwalk.control import walker
+from jaxwalk.control.person import model_of
 from jaxwalk.model import pushes
 from jaxwalk.model.burdens import Burden
 from jaxwalk.stepper import Stepper, Task
@@ -179,7 +181,7 @@ def begin(task: Task, numbers: GaitConfig, scenario: Scenario) -> Trial:
 def _alone(task: Task, trial: Trial, profile: Profile) -> tuple[Trial, None]:
     """One tick of a trial that brings along all that it needs."""
     body = trial.state.walker
-    model, white = walker.model(task.setup, body.person), walker.noise(body, 1)[0]
+    model, white = model_of(task.setup, body.person), walker.noise(body, 1)[0]
     return _tick(task, profile, model, trial, white), None
 
 
@@ -259,7 +261,7 @@ def advance(
 
         def by_xla() -> tuple[Trial, None]:
             body = answered.walker
-            model, white = walker.model(task.setup, body.person), walker.noise(body, count)
+            model, white = model_of(task.setup, body.person), walker.noise(body, count)
             return jax.lax.fori_loop(
                 0, count, lambda i, t: _tick(task, profile, model, t, white[i]), trial
             ), None

@@ -15,10 +15,12 @@ import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Bool, Float, Key, PRNGKeyArray
 
-from jaxwalk import stepper, stepping, walker
+from jaxwalk import stepper, stepping
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import REFERENCE_HEIGHT, Config, GaitConfig
+from jaxwalk.control import walker
+from jaxwalk.control.person import model_of
 from jaxwalk.model import pushes
 from jaxwalk.stepper import Footsteps, Stepper, Task
 
@@ -117,7 +119,7 @@ def run_ticks(task: Task, state: Stepper, ticks: int) -> Stepper:
     state = state.replace(last=state.last.replace(closed=jnp.bool_(False)))
 
     def by_xla() -> tuple[Stepper, None]:
-        model, white = walker.model(task.setup, state.walker.person), walker.noise(state.walker, ticks)
+        model, white = model_of(task.setup, state.walker.person), walker.noise(state.walker, ticks)
         return jax.lax.fori_loop(0, ticks, lambda i, s: stepper.tick(task, model, s, white[i]), state), None
 
     return stepping.scan(task.setup, stepper.alone, task, ticks, state, otherwise=by_xla)[0]

@@ -27,10 +27,12 @@ import tyro
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import controllers, walker
 from jaxwalk.common import runtime
 from jaxwalk.config import BodyConfig, BodyModel, Config, PhysicsConfig
+from jaxwalk.control import controllers, walker
+from jaxwalk.control.person import Person, model_of, skeleton
 from jaxwalk.model import c_mujoco, physics
+from jaxwalk.model.engine import Setup
 from jaxwalk.model.similarity import Similarity
 
 FINE = 0.00025  # s
@@ -72,11 +74,11 @@ class Replay:
 
 def record(config: Config, count: int) -> Replay:
     """Walk, and take walkers out evenly over a step's time."""
-    setup, dt = walker.Setup.of(config), config.physics.timestep
+    setup, dt = Setup.of(config), config.physics.timestep
 
     def walk(key):
-        who = walker.person(config.gait, jnp.float32(config.body.height), jnp.float32(config.body.mass))
-        model, bones = walker.model(setup, who), walker.skeleton(setup, who)
+        who = Person.of(config.gait, jnp.float32(config.body.height), jnp.float32(config.body.mass))
+        model, bones = model_of(setup, who), skeleton(setup, who)
 
         def tick(state, _):
             command = controllers.command(who.gait, bones, state.gait, state.estimate)

@@ -24,9 +24,10 @@ import jax.numpy as jnp
 import numpy as np
 import tyro
 
-from jaxwalk import footstep, scenarios, walker
+from jaxwalk import footstep, scenarios
 from jaxwalk.common import runtime
 from jaxwalk.config import Config, GaitConfig
+from jaxwalk.control.person import Person
 from jaxwalk.stepper import Task
 from jaxwalk.trials import BINS, Profile, Runner
 
@@ -109,7 +110,7 @@ class Bench:
     def __call__(self, numbers: GaitConfig, rule: np.ndarray):
         """(survived [N], speed of the calm m/s) of one candidate."""
         body = self.config.body
-        who = walker.person(numbers, jnp.float32(body.height), jnp.float32(body.mass))
+        who = Person.of(numbers, jnp.float32(body.height), jnp.float32(body.mass))
         params = {"step": footstep.nominal_action(who), "rule": jnp.asarray(rule, jnp.float32)}
         strong = jax.tree.map(lambda x: jnp.asarray(x, jnp.float32), numbers)
         ended = self.runner.run(params, strong, self.profile, self.scenarios, SECONDS)

@@ -22,11 +22,13 @@ import jax.numpy as jnp
 import numpy as np
 import tyro
 
-from jaxwalk import walker
 from jaxwalk.common import runtime
 from jaxwalk.config import Config
 from jaxwalk.config.presets import PRESETS
-from jaxwalk.model import pushes
+from jaxwalk.control import walker
+from jaxwalk.control.person import Person
+from jaxwalk.model import engine, pushes
+from jaxwalk.model.engine import Setup
 
 RANGES = {
     "gait.duration_nominal": (0.06, 0.19),
@@ -103,11 +105,11 @@ def changed(config: Config, values: Any) -> Config:
 
 def life(config: Config, ticks: int, values: jax.Array, impulse: jax.Array, key: jax.Array) -> tuple:
     """(seconds up, distance after `SETTLE`, mean |pitch| likewise) of one walker."""
-    setup, dt = walker.Setup.of(config, "mujoco"), config.physics.timestep
+    setup, dt = Setup.of(config, "mujoco"), config.physics.timestep
     tried = changed(config, values)
     told = dataclasses.replace(setup, physics=tried.physics)  # traced: for the drives alone
     body = config.body
-    who = walker.person(tried.gait, jnp.float32(body.height), jnp.float32(body.mass))
+    who = Person.of(tried.gait, jnp.float32(body.height), jnp.float32(body.mass))
     key, when = jax.random.split(key)
     begun = walker.start(setup, who, key, jnp.float32(1))
     last = config.pushes.duration
@@ -123,7 +125,7 @@ def life(config: Config, ticks: int, values: jax.Array, impulse: jax.Array, key:
         state, up, far, lean = carry
         before = state.plant.qpos[0]
         state, control, loads = walker.drive(told, state)
-        plant, readings = walker.move(setup, who, who, state.plant, control, loads)
+        plant, readings = engine.move(setup, None, who.ratio, None, state.plant, control, loads)
         state, event = walker.moved(setup, state, plant, readings, walker.noise(state, 1)[0])
         up = up & ~event.fell
         counts = up & (index * dt >= SETTLE)

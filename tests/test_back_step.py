@@ -6,10 +6,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import back_step, controllers, footstep, scenarios, sensors, walker
+from jaxwalk import footstep, scenarios
 from jaxwalk.config import BodyConfig, Config, GaitConfig
-from jaxwalk.gait import GaitState
+from jaxwalk.control import back_step, controllers, sensors, walker
+from jaxwalk.control.person import Person
+from jaxwalk.control.step_clock import GaitState
 from jaxwalk.model import anthropometry, kinematics
+from jaxwalk.model.engine import Setup
 from jaxwalk.stepper import Task
 from jaxwalk.trials import BINS, Profile, Runner
 
@@ -105,9 +108,9 @@ def test_a_leg_ahead_does_not_push_off():
     config = Config()
 
     def torque(hip, **changes):
-        who = walker.person(dataclasses.replace(config.gait, **changes), f(1.8), f(75))
+        who = Person.of(dataclasses.replace(config.gait, **changes), f(1.8), f(75))
         seen = estimate(0.5, (-0.2, hip))
-        return walker._toe_off(walker.Setup.of(config), who, BONES, seen, jnp.int32(1))[0]
+        return walker._toe_off(Setup.of(config), who, BONES, seen, jnp.int32(1))[0]
 
     assert torque(0.3) == 0.0 < torque(-0.3)
     assert torque(0.3, back_step=False) > 0
@@ -133,7 +136,7 @@ def test_it_saves_walkers_that_a_push_from_the_front_has_stopped():
         config, np.full(many, -60, np.float32), np.full(many, 0.125, np.float32), scenarios.keys(0, 9, many)
     )
     runner = Runner(Task.of(config), lambda step, observation: step, many)
-    step = footstep.nominal_action(walker.person(config.gait, f(1.8), f(75)))
+    step = footstep.nominal_action(Person.of(config.gait, f(1.8), f(75)))
 
     def survivors(**changes):
         numbers = dataclasses.replace(config.gait, **changes)

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from jaxwalk import walker
 from jaxwalk.bench import batches, command, picture, programs, scaling, stages
 from jaxwalk.cli.bench import BenchArgs
 from jaxwalk.cli.parse import parse
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config
+from jaxwalk.control import walker
+from jaxwalk.control.person import model_of
 from jaxwalk.model import pushes
 from jaxwalk.stepper import Task
 
@@ -106,7 +107,7 @@ def test_the_stages_of_one_walker_go_one_way():
 
         def tick(body, _):
             _, control, _ = walker.drive(task.setup, body)
-            return walker.tick(task.setup, walker.model(task.setup, body.person), body)[0], control
+            return walker.tick(task.setup, model_of(task.setup, body.person), body)[0], control
 
         return jax.lax.scan(tick, body, length=ticks)
 

@@ -10,13 +10,14 @@ import mujoco
 import numpy as np
 import pytest
 
-from jaxwalk import walker
 from jaxwalk.config import Config
-from jaxwalk.model import anthropometry, burdens, c_mujoco, mjcf, physics
+from jaxwalk.control.person import Person, model_of
+from jaxwalk.model import anthropometry, burdens, c_mujoco, engine, mjcf, physics
 from jaxwalk.model.burdens import Burden
+from jaxwalk.model.engine import Setup
 
 CONFIG = Config()
-SETUP = walker.Setup.of(CONFIG)
+SETUP = Setup.of(CONFIG)
 DT = CONFIG.physics.timestep
 TICKS = 40
 HEIGHT, MASS = 1.7, 80.0
@@ -37,8 +38,8 @@ def follow(request):
     setup = dataclasses.replace(SETUP, engine=request.param)
 
     def one(burden, qpos, qvel):
-        who = walker.person(CONFIG.gait, jnp.float32(HEIGHT), jnp.float32(MASS), burden)
-        model = walker.model(setup, who)
+        who = Person.of(CONFIG.gait, jnp.float32(HEIGHT), jnp.float32(MASS), burden)
+        model = model_of(setup, who)
         torso = anthropometry.build(CONFIG.body).torso.mass * who.ratio.mass
 
         def tick(plant, _):
@@ -46,7 +47,7 @@ def follow(request):
             if burden is not None:
                 push = burdens.felt(burden, torso, push, plant.qpos[2])
             loads = jnp.zeros((7, 2)).at[0].set(push)  # the torso's
-            plant, _ = walker.move(setup, model, who, plant, jnp.zeros(6), loads)
+            plant, _ = engine.move(setup, model, who.ratio, burden, plant, jnp.zeros(6), loads)
             return plant, (plant.qpos, plant.qvel)
 
         return jax.lax.scan(tick, physics.Plant(qpos, qvel, jnp.zeros(9)), length=TICKS)[1]
@@ -62,10 +63,10 @@ def follow(request):
     return run
 
 
-def model_of(burden: Burden | None):
+def laden(burden: Burden | None):
     """MJX's, on the host."""
-    who = walker.person(CONFIG.gait, jnp.float32(HEIGHT), jnp.float32(MASS), burden)
-    return jax.device_get(walker.model(SETUP, who))
+    who = Person.of(CONFIG.gait, jnp.float32(HEIGHT), jnp.float32(MASS), burden)
+    return jax.device_get(model_of(SETUP, who))
 
 
 def differing(one, other) -> set[str]:
@@ -141,7 +142,7 @@ def test_what_is_borne_is_felt(moved):
 
 
 def test_bearing_nothing_changes_no_number(follow, moved):
-    bare, burdened = model_of(None), model_of(NOTHING)
+    bare, burdened = laden(None), laden(NOTHING)
     assert differing(bare, burdened) == set()
     push = jnp.float32([-40.0, 3.7])
     np.testing.assert_array_equal(burdens.felt(NOTHING, jnp.float32(50.0), push, jnp.float32(0.3)), push)
@@ -169,7 +170,7 @@ def test_a_steady_force_moves_the_body_s_centre_as_newton_says(moved):
 
 @pytest.mark.parametrize("burden", [FRONT, BACK], ids=["front", "back"])
 def test_a_laden_torso_is_the_torso_and_a_box(burden):
-    model, pack = model_of(burden), welded(burden)
+    model, pack = laden(burden), welded(burden)
     data = mujoco.MjData(pack)
     mujoco.mj_forward(pack, data)  # upright, the hip at the origin
     torso, box = pack.body("torso").id, pack.body("pack").id
@@ -189,6 +190,6 @@ def test_a_laden_torso_is_the_torso_and_a_box(burden):
 
 
 def test_only_what_a_burden_changes_is_changed():
-    bare, burdened = model_of(None), model_of(dataclasses.replace(FRONT, friction=0.5))
+    bare, burdened = laden(None), laden(dataclasses.replace(FRONT, friction=0.5))
     changed = {"body_mass", "body_subtreemass", "body_ipos", "body_inertia", "pair_friction"}
     assert differing(bare, burdened) == changed

@@ -8,9 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import controllers, gait, sensors
 from jaxwalk.config import BodyConfig, GaitConfig
-from jaxwalk.gait import GaitState
+from jaxwalk.control import controllers, scaling, sensors
+from jaxwalk.control.step_clock import GaitState
 from jaxwalk.model import anthropometry, kinematics
 from jaxwalk.model.similarity import Similarity
 
@@ -223,7 +223,7 @@ def test_similar_bodies_are_told_similar_things(form):
     def commands(height_ratio, mass_ratio, elapsed):
         ratio = Similarity(f(height_ratio), f(mass_ratio))
         # The desired speed is the user's and is not scaled by itself.
-        own = gait.scaled(dataclasses.replace(numbers, speed_desired=1.0 * ratio.speed), ratio)
+        own = scaling.scaled(dataclasses.replace(numbers, speed_desired=1.0 * ratio.speed), ratio)
         bones = kinematics.skeleton(anthropometry.build(BodyConfig()), ratio.length)
         inertias = controllers.Inertias(
             torso=12.0 * ratio.inertia, leg_mass=6.0 * ratio.mass, damping=1.0 * ratio.rotational_damping

@@ -11,10 +11,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import controllers, deploy, footstep, policy, stepper, subjects, walker
+from jaxwalk import deploy, footstep, policy, stepper, subjects
 from jaxwalk.common import resources
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Observable
+from jaxwalk.control import controllers, walker
+from jaxwalk.control.person import skeleton
 from jaxwalk.ddpg import networks
 from jaxwalk.export import c, c_runtime, closed_loop, manifest, tensors
 from jaxwalk.export.closed_loop import Shove
@@ -23,7 +25,7 @@ from jaxwalk.stepper import Task
 
 TRAINED = policy.load(resources.model_path("shipped.safetensors"))
 SUBJECT = subjects.load("shipped")
-# The accelerometer of `jaxwalk.sensors` is made of the velocity: one without noise, so that it can be told.
+# The accelerometer of `sensors` is made of the velocity: one without noise, so that it can be told.
 QUIET = dataclasses.replace(
     SUBJECT.config,
     sensors=dataclasses.replace(
@@ -69,7 +71,7 @@ def _replayed(task, numbers, params, body, start, readings):
     state = first.replace(walker=start)
     length = walker.landed_length(task.setup, start)
     state = state.replace(observation=footstep.observe(task.observation, task.setup, start, length))
-    bones = walker.skeleton(task.setup, start.person)
+    bones = skeleton(task.setup, start.person)
 
     def tick(state, row):
         index, sensed = row

@@ -10,11 +10,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import controllers, drives, walker
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import BodyConfig, Config, PidConfig, validate
 from jaxwalk.config.presets import PRESETS
+from jaxwalk.control import controllers, drives, walker
+from jaxwalk.control.person import Person, model_of, skeleton
 from jaxwalk.model import mjcf, physics
+from jaxwalk.model.engine import Setup
 from jaxwalk.model.similarity import Similarity
 
 PAPER = PRESETS["paper"]
@@ -100,15 +102,15 @@ def test_both_ways_move_every_joint():
 def test_with_servos_the_program_is_what_it_was():
     """A default walker has no drives to remember, and its tick is the controllers, the plant, the sensors."""
     config = Config()
-    setup = walker.Setup.of(config)
-    who = walker.person(config.gait, jnp.float32(1.8), jnp.float32(75.0))
+    setup = Setup.of(config)
+    who = Person.of(config.gait, jnp.float32(1.8), jnp.float32(75.0))
     begun = walker.start(setup, who, jax.random.key(0), jnp.float32(1))
     assert begun.drives is None
-    model = walker.model(setup, who)
+    model = model_of(setup, who)
 
     def plain(model, state):
         who = state.person
-        told = controllers.command(who.gait, walker.skeleton(setup, who), state.gait, state.estimate)
+        told = controllers.command(who.gait, skeleton(setup, who), state.gait, state.estimate)
         push = walker.pushes.met(state.push, state.tick, state.gait.stance)
         loads = walker.pushes.loads(push, state.tick, state.plant.qpos[2])
         moved = physics.step(setup.body, setup.physics, model, state.plant, told, loads)
@@ -123,11 +125,11 @@ def test_with_servos_the_program_is_what_it_was():
 
 def walks(config, engine, rows, seconds, noise=1.0):
     """[rows, T] plants, whether it has fallen, and actuator torques (N m) of the nominal step."""
-    setup = walker.Setup.of(config, engine)
+    setup = Setup.of(config, engine)
 
     def one(key):
-        who = walker.person(config.gait, jnp.float32(1.8), jnp.float32(75.0))
-        model = walker.model(setup, who)
+        who = Person.of(config.gait, jnp.float32(1.8), jnp.float32(75.0))
+        model = model_of(setup, who)
 
         def tick(state, _):
             _, control, _ = walker.drive(setup, state)

@@ -5,14 +5,17 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import footstep, walker
+from jaxwalk import footstep
 from jaxwalk.config import Config, GaitConfig, RewardConfig, SensorConfig
+from jaxwalk.control import walker
+from jaxwalk.control.person import Person
+from jaxwalk.model.engine import Setup
 
 NUMBERS = GaitConfig(
     speed_desired=1.0, length_min=0.2, length_max=1.4, duration_min=0.1, duration_max=0.4,
     length_nominal=0.8, duration_nominal=0.175,
 )  # fmt: skip
-SETUP = walker.Setup.of(Config(sensors=SensorConfig(noise=0.0)))
+SETUP = Setup.of(Config(sensors=SensorConfig(noise=0.0)))
 EVERYTHING = (
     "speed", "pitch", "zmp", "step_length", "pitch_rate", "acceleration",
     "speed_desired", "height", "com_ahead",
@@ -20,7 +23,7 @@ EVERYTHING = (
 
 
 def somebody(length_ratio=1.0, mass_ratio=1.0, numbers=NUMBERS):
-    return walker.person(numbers, jnp.float32(1.8 * length_ratio), jnp.float32(75 * mass_ratio))
+    return Person.of(numbers, jnp.float32(1.8 * length_ratio), jnp.float32(75 * mass_ratio))
 
 
 def landed(who, speed=1.0, pitch=0.1, acceleration=0.5, pitch_rate=0.3):

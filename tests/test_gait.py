@@ -7,9 +7,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from jaxwalk import gait, sensors
 from jaxwalk.config import BodyConfig, GaitConfig, PhysicsConfig
-from jaxwalk.gait import GaitState, Phase
+from jaxwalk.control import scaling, sensors, step_clock
+from jaxwalk.control.step_clock import GaitState, Phase
 from jaxwalk.model import anthropometry, kinematics, physics
 from jaxwalk.model.similarity import Similarity
 
@@ -53,8 +53,8 @@ def estimate(hips=(0.0, 0.0), touch=(0.0, 0.0), pitch=0.0, speed=1.0):
 @pytest.mark.parametrize("stance", [0, 1])
 def test_a_step_goes_through_its_phases_by_the_clock(elapsed, phase, progress, stance):
     now = clock(elapsed, stance)
-    assert int(gait.swing_phase(now)) == phase
-    assert gait.swing_progress(now) == pytest.approx(progress, abs=1e-5)
+    assert int(step_clock.swing_phase(now)) == phase
+    assert step_clock.swing_progress(now) == pytest.approx(progress, abs=1e-5)
     assert now.is_stance.tolist() == [stance == 0, stance == 1]
 
 
@@ -65,8 +65,10 @@ def test_step_length_is_how_far_the_swing_ankle_leads(stance):
     for pitch in (0.0, 0.15):
         hips = [-0.2 + pitch, 0.3 + pitch]
         seen = estimate(hips=hips if stance == 0 else hips[::-1], pitch=pitch)
-        assert gait.step_length(SKELETON, clock(0.1, stance), seen) == pytest.approx(0.43676, abs=2e-5)
-        assert gait.step_length(SKELETON, clock(0.1, 1 - stance), seen) == pytest.approx(-0.43676, abs=2e-5)
+        assert step_clock.step_length(SKELETON, clock(0.1, stance), seen) == pytest.approx(0.43676, abs=2e-5)
+        assert step_clock.step_length(SKELETON, clock(0.1, 1 - stance), seen) == pytest.approx(
+            -0.43676, abs=2e-5
+        )
 
 
 def test_ankles_are_where_mujoco_puts_them():
@@ -108,19 +110,19 @@ def test_a_touchdown_is_late_enough_far_enough_and_firm_enough(change, landed, s
     case = LANDED | change
     order = slice(None) if stance == 0 else slice(None, None, -1)
     seen = estimate(hips=case["hips"][order], touch=case["touch"][order], speed=case["speed"])
-    assert bool(gait.touched_down(NUMBERS, SKELETON, clock(case["elapsed"], stance), seen)) == landed
+    assert bool(step_clock.touched_down(NUMBERS, SKELETON, clock(case["elapsed"], stance), seen)) == landed
 
 
 def test_without_the_step_back_a_foot_ahead_lands_whatever_the_speed():
     seen = estimate(hips=LANDED["hips"], touch=LANDED["touch"], speed=-0.01)
     paper = dataclasses.replace(NUMBERS, back_step=False)
-    assert gait.touched_down(paper, SKELETON, clock(LANDED["elapsed"]), seen)
+    assert step_clock.touched_down(paper, SKELETON, clock(LANDED["elapsed"]), seen)
 
 
 def test_numbers_scale_by_dynamic_similarity():
     """A body four times as long and 10 times as heavy: times 2, speeds 2, rates 1/2, torques 40."""
     numbers = GaitConfig()
-    large = gait.scaled(numbers, Similarity(4.0, 10.0))
+    large = scaling.scaled(numbers, Similarity(4.0, 10.0))
     factors = {
         "length_nominal": 4, "length_min": 4, "length_max": 4, "touchdown_ahead": 4,
         "duration_nominal": 2, "duration_min": 2, "duration_max": 2, "stall_seconds": 2,
@@ -154,10 +156,10 @@ def test_numbers_scale_by_dynamic_similarity():
 )
 def test_toe_off_grows_while_it_lasts(elapsed, latched, torque, seconds):
     numbers = dataclasses.replace(NUMBERS, toe_off_latched=latched)
-    after = gait.pressed(numbers, clock(elapsed), jnp.float32(120), jnp.float32(0.06))
+    after = step_clock.pressed(numbers, clock(elapsed), jnp.float32(120), jnp.float32(0.06))
     assert (after.toe_off, after.toe_off_seconds) == pytest.approx((torque, seconds))
 
 
 def test_toe_off_never_shrinks():
-    after = gait.pressed(NUMBERS, clock(0.01), jnp.float32(60), jnp.float32(0.03))
+    after = step_clock.pressed(NUMBERS, clock(0.01), jnp.float32(60), jnp.float32(0.03))
     assert (after.toe_off, after.toe_off_seconds) == pytest.approx((90.0, 0.04))

@@ -13,14 +13,16 @@ import numpy as np
 import pytest
 from mujoco import mjx
 
-from jaxwalk import controllers, walker
 from jaxwalk.config import BodyConfig, Config
-from jaxwalk.model import c_mujoco, mjcf, physics, pushes
+from jaxwalk.control import controllers, walker
+from jaxwalk.control.person import Person, model_of, skeleton
+from jaxwalk.model import c_mujoco, engine, mjcf, physics, pushes
+from jaxwalk.model.engine import Setup
 from jaxwalk.model.push_points import PLACES
 from jaxwalk.model.similarity import Similarity
 
 CONFIG = Config()
-SETUP = walker.Setup.of(CONFIG)
+SETUP = Setup.of(CONFIG)
 REFERENCE = c_mujoco.converged(CONFIG.physics)
 DT = CONFIG.physics.timestep
 ROWS, TICKS = 64, 50
@@ -51,13 +53,13 @@ def replay(setup):
 
     def one(height, mass, start, commands, push):
         traces.append(1)
-        who = walker.person(CONFIG.gait, height, mass)
-        model = walker.model(setup, who)
+        who = Person.of(CONFIG.gait, height, mass)
+        model = model_of(setup, who)
 
         def tick(plant, told):
             command, now = told
             force = pushes.loads(push, now, plant.qpos[2])
-            plant, readings = walker.move(setup, model, who, plant, command, force)
+            plant, readings = engine.move(setup, model, who.ratio, None, plant, command, force)
             return plant, (plant, readings)
 
         return jax.lax.scan(tick, start, (commands, jnp.arange(TICKS)))[1]
@@ -78,7 +80,7 @@ def open_loop():
 
 @pytest.fixture(scope="module")
 def open_loop_c():
-    return replay(walker.Setup.of(CONFIG, "mujoco"))
+    return replay(Setup.of(CONFIG, "mujoco"))
 
 
 @pytest.fixture(scope="module")
@@ -86,8 +88,8 @@ def walking():
     """Real walking at points spread over the step, with the commands that followed; half are pushed."""
 
     def one(key, height, mass):
-        who = walker.person(CONFIG.gait, height, mass)
-        model, bones = walker.model(SETUP, who), walker.skeleton(SETUP, who)
+        who = Person.of(CONFIG.gait, height, mass)
+        model, bones = model_of(SETUP, who), skeleton(SETUP, who)
 
         def tick(state, _):
             command = controllers.command(who.gait, bones, state.gait, state.estimate)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_are
 
-from jaxwalk import sensors
 from jaxwalk.config import BodyConfig, PhysicsConfig, SensorConfig
+from jaxwalk.control import sensors
 from jaxwalk.model import anthropometry, kinematics, mjcf
 from jaxwalk.model.physics import Readings
 

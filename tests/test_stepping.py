@@ -8,12 +8,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import env, footstep, rollout, scenarios, stepper, stepping, trials, walker, windows
+from jaxwalk import env, footstep, rollout, scenarios, stepper, stepping, trials, windows
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import BodyConfig, Config, PhysicsConfig
+from jaxwalk.control import walker
+from jaxwalk.control.person import Person
 from jaxwalk.kernels import compiler, native, walk
 from jaxwalk.kernels.graph import Unsupported
-from jaxwalk.model import physics
+from jaxwalk.model import engine, physics
+from jaxwalk.model.engine import Setup
 from jaxwalk.model.solver import dynamics
 from jaxwalk.stepper import Task
 
@@ -155,15 +158,15 @@ def test_the_environment_can_switch_native_code_off(monkeypatch):
     config = dataclasses.replace(PLANAR, kernels="off")
     assert stepping.stepper_of(config) == "XLA"
     assert stepping.stepper_of(PLANAR) == f"native code, {native.width()} walkers a vector"
-    monkeypatch.setenv(walker.VARIABLE, "auto")
-    assert not stepping.native_here(walker.Setup.of(config))
-    monkeypatch.setenv(walker.VARIABLE, "off")
-    assert not stepping.native_here(walker.Setup.of(PLANAR))
+    monkeypatch.setenv(engine.VARIABLE, "auto")
+    assert not stepping.native_here(Setup.of(config))
+    monkeypatch.setenv(engine.VARIABLE, "off")
+    assert not stepping.native_here(Setup.of(PLANAR))
     monkeypatch.setattr(jax, "default_backend", lambda: "gpu")
-    assert not walker.on_gpu(walker.Setup.of(PLANAR))
-    monkeypatch.setenv(walker.VARIABLE, "yes")
+    assert not engine.on_gpu(Setup.of(PLANAR))
+    monkeypatch.setenv(engine.VARIABLE, "yes")
     with pytest.raises(UserError, match="JAXWALK_KERNELS='yes': give auto or off"):
-        walker.Setup.of(PLANAR)
+        Setup.of(PLANAR)
 
 
 @pytest.mark.parametrize("error", [Unsupported("a while loop"), compiler.BuildError("c++ failed")])
@@ -175,7 +178,7 @@ def test_where_no_native_code_can_be_made_xla_steps_and_it_is_said_once(monkeypa
     monkeypatch.setattr(stepping, "_failed", [])
     stepping.say.cache_clear()
     for _ in range(2):
-        told = stepping.scan(walker.Setup.of(PLANAR), _noise, None, 1, None, otherwise=lambda: (7, None))
+        told = stepping.scan(Setup.of(PLANAR), _noise, None, 1, None, otherwise=lambda: (7, None))
         assert told == (7, None)
     said = capsys.readouterr().err
     assert said.count("\n") == 1 and str(error) in said
@@ -187,8 +190,8 @@ def test_mjx_itself_steps_whoever_asks_for_it():
     own, plain = PhysicsConfig(), PhysicsConfig(solver="mjx")
     config = dataclasses.replace(PLANAR, physics=plain)
     assert stepping.stepper_of(config) == "mjx.step"
-    assert not stepping.native_here(walker.Setup.of(config))
-    ratio = walker.person(config.gait, jnp.float32(1.8), jnp.float32(75)).ratio
+    assert not stepping.native_here(Setup.of(config))
+    ratio = Person.of(config.gait, jnp.float32(1.8), jnp.float32(75)).ratio
 
     def step(physics_config):
         model = physics.model_of(config.body, physics_config, ratio)

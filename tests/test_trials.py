@@ -7,9 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import footstep, stepping, walker
+from jaxwalk import footstep, stepping
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
+from jaxwalk.control.person import Person
 from jaxwalk.model import pushes
 from jaxwalk.stepper import Task
 from jaxwalk.trials import BINS, PUSH_STEP, Profile, Runner, Scenario, begin
@@ -64,7 +65,7 @@ class Counted:
 
 def run(runner, profile):
     """The trials' ends, and the shares told on the way."""
-    who = walker.person(CONFIG.gait, jnp.float32(1.8), jnp.float32(75))
+    who = Person.of(CONFIG.gait, jnp.float32(1.8), jnp.float32(75))
     shares = []
     step = footstep.nominal_action(who)
     ended = runner.run(step, CONFIG.gait, profile, scenarios(), SECONDS, shares.append)

@@ -8,19 +8,21 @@ import mujoco
 import numpy as np
 import pytest
 
-from jaxwalk import walker
 from jaxwalk.config import BodyConfig, Config
+from jaxwalk.control import walker
+from jaxwalk.control.person import Person, model_of
 from jaxwalk.model import physics, pushes
+from jaxwalk.model.engine import Setup
 
 CONFIG = Config()
-SETUP = walker.Setup.of(CONFIG)
+SETUP = Setup.of(CONFIG)
 DT = CONFIG.physics.timestep
 BATCH, SECONDS = 16, 8.0
 TICKS = round(SECONDS / DT)
 
 
 def born(key, height=1.8, mass=75.0, noise=1.0, numbers=CONFIG.gait):
-    who = walker.person(numbers, jnp.float32(height), jnp.float32(mass))
+    who = Person.of(numbers, jnp.float32(height), jnp.float32(mass))
     return walker.start(SETUP, who, key, jnp.float32(noise))
 
 
@@ -30,7 +32,7 @@ def walk():
 
     def one(key):
         state = born(key)
-        model = walker.model(SETUP, state.person)
+        model = model_of(SETUP, state.person)
 
         def tick(state, _):
             after, event = walker.tick(SETUP, model, state)
@@ -54,7 +56,7 @@ def tick():
 
     def one(state):
         traces.append(1)
-        return walker.tick(SETUP, walker.model(SETUP, state.person), state)
+        return walker.tick(SETUP, model_of(SETUP, state.person), state)
 
     program = jax.jit(one)
     program.traces = traces

@@ -5,13 +5,16 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import controllers, evaluate, subjects, sway, walker
+from jaxwalk import evaluate, subjects, sway
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.config import BodyConfig, Config
-from jaxwalk.model import mjcf
+from jaxwalk.control import controllers, walker
+from jaxwalk.control.person import Person, model_of, skeleton
+from jaxwalk.model import engine, mjcf
+from jaxwalk.model.engine import Setup
 
 CONFIG = Config(body=BodyConfig(model="walls"))
-IN_C, IN_MJX = walker.Setup.of(CONFIG, "mujoco"), walker.Setup.of(CONFIG)
+IN_C, IN_MJX = Setup.of(CONFIG, "mujoco"), Setup.of(CONFIG)
 DT = CONFIG.physics.timestep
 ROWS, TICKS, SETTLED, REPLAYED = 16, 2000, 500, 50
 # Half are the reference body.
@@ -24,8 +27,8 @@ def walked():
     """[ROWS, TICKS] plants, commands, wall forces and falls of the nominal step in C MuJoCo; and the sway."""
 
     def one(key, height, mass):
-        who = walker.person(CONFIG.gait, height, mass)
-        model, bones = walker.model(IN_C, who), walker.skeleton(IN_C, who)
+        who = Person.of(CONFIG.gait, height, mass)
+        model, bones = model_of(IN_C, who), skeleton(IN_C, who)
 
         def tick(carry, index):
             state, counted = carry
@@ -50,11 +53,12 @@ def replayed(walked):
     at = SETTLED + rows * 31  # over more than a step of about 280 ticks
 
     def one(height, mass, plant, commands):
-        who = walker.person(CONFIG.gait, height, mass)
-        model = walker.model(IN_MJX, who)
+        who = Person.of(CONFIG.gait, height, mass)
+        model = model_of(IN_MJX, who)
 
         def tick(plant, command):
-            told = walker.move(IN_MJX, model, who, plant, mjcf.WALLS.control(command), jnp.zeros((7, 2)))
+            command = mjcf.WALLS.control(command)
+            told = engine.move(IN_MJX, model, who.ratio, None, plant, command, jnp.zeros((7, 2)))
             return told[0], told
 
         return jax.lax.scan(tick, plant, commands)[1]

@@ -8,9 +8,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import footstep, stepper, walker, windows
+from jaxwalk import footstep, stepper, windows
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, PushConfig, TrainConfig
+from jaxwalk.control import walker
+from jaxwalk.control.person import Person, model_of
 from jaxwalk.stepper import Task
 
 WALKERS, WINDOWS = 8, 130
@@ -30,7 +32,7 @@ GAIN = np.float32([[0.4, 1.0, 0.3, -0.3], [-0.2, 0.5, 0.1, 0.2]])
 
 def policy(observation):
     """[..., O] -> [..., 2]: a step near the nominal one, that depends on everything observed."""
-    nominal = footstep.nominal_action(walker.person(CONFIG.gait, jnp.float32(1.8), jnp.float32(75)))
+    nominal = footstep.nominal_action(Person.of(CONFIG.gait, jnp.float32(1.8), jnp.float32(75)))
     return jnp.clip(nominal + (observation - USUAL) @ GAIN.T, -1.0, 1.0)
 
 
@@ -93,7 +95,7 @@ def plain(collected):
     def each(function):
         return jax.jit(jax.vmap(function))
 
-    tick = each(lambda state: walker.tick(setup, walker.model(setup, state.person), state))
+    tick = each(lambda state: walker.tick(setup, model_of(setup, state.person), state))
     observe = each(lambda state, length: footstep.observe(TASK.observation, setup, state, length))
     landed_length = each(lambda state: walker.landed_length(setup, state))
     reward = each(lambda *told: footstep.reward(CONFIG.reward, setup, *told))

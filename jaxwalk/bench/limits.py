@@ -15,8 +15,8 @@ from mujoco import rollout
 
 from jaxwalk.bench.programs import split
 from jaxwalk.config import REFERENCE_HEIGHT, REFERENCE_MASS, Config
+from jaxwalk.control.walker import Walker
 from jaxwalk.model import c_mujoco, physics
-from jaxwalk.walker import Walker
 
 C_LIMITED, C_CONVERGED = "c_mujoco", "c_mujoco_converged"
 BODIES = 128  # for C, whose speed does not depend on how many there are

@@ -13,14 +13,16 @@ from jax.sharding import Mesh, NamedSharding, PartitionSpec
 from jaxtyping import Array, Bool, Float
 from mujoco import mjx
 
-from jaxwalk import controllers, footstep, stepper, walker, windows
+from jaxwalk import footstep, stepper, windows
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
 from jaxwalk.common.parallel.devices import AXIS
 from jaxwalk.config import Config
+from jaxwalk.control import controllers
+from jaxwalk.control.person import model_of, skeleton
+from jaxwalk.control.walker import Walker
 from jaxwalk.model import physics, pushes
 from jaxwalk.stepper import Stepper, Task
-from jaxwalk.walker import Walker
 
 
 def walk_ticks(task: Task, count: int, state: Stepper) -> tuple[Stepper, Float[Array, ""]]:
@@ -38,7 +40,7 @@ def walk_ticks(task: Task, count: int, state: Stepper) -> tuple[Stepper, Float[A
 def record(task: Task, ticks: int, state: Stepper) -> Float[Array, "T 6"]:
     """The commands that `walk_ticks` gives to the joints, tick by tick."""
     setup = task.setup
-    model, bones = walker.model(setup, state.walker.person), walker.skeleton(setup, state.walker.person)
+    model, bones = model_of(setup, state.walker.person), skeleton(setup, state.walker.person)
 
     def tick(state: Stepper, _: None) -> tuple[Stepper, Float[Array, "6"]]:
         body = state.walker
@@ -51,7 +53,7 @@ def record(task: Task, ticks: int, state: Stepper) -> Float[Array, "T 6"]:
 
 def bare_steps(config: Config, task: Task, body: Walker, commands: Float[Array, "T 6"]) -> mjx.Data:
     """One walker, the same ticks as users of MJX write them: ``mjx.step`` on the whole of its data."""
-    model = walker.model(task.setup, body.person)
+    model = model_of(task.setup, body.person)
     data = mjx.make_data(physics.compile_mujoco(config.body, config.physics), impl="jax")
     plant, where = body.plant, physics.layout(config.body)
     data = data.replace(qpos=plant.qpos, qvel=plant.qvel, qacc_warmstart=plant.warmstart)

@@ -15,17 +15,19 @@ import jax.numpy as jnp
 from jax.sharding import Mesh, PartitionSpec
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
-from jaxwalk import controllers, footstep, sensors, stepping, walker, windows
+from jaxwalk import footstep, stepping, windows
 from jaxwalk.bench.programs import bare_steps
 from jaxwalk.bench.rounds import BARE, BY_XLA, LOOP, TICK
 from jaxwalk.common.parallel.devices import AXIS
 from jaxwalk.config import Config
-from jaxwalk.model import physics
+from jaxwalk.control import controllers, sensors, walker
+from jaxwalk.control.person import Person, model_of, skeleton
+from jaxwalk.control.sensors import Estimate, SensorState
+from jaxwalk.control.walker import Walker
+from jaxwalk.model import engine, physics
 from jaxwalk.model.physics import Plant, Readings
-from jaxwalk.sensors import Estimate, SensorState
 from jaxwalk.stepper import Stepper, Task
 from jaxwalk.train import loop
-from jaxwalk.walker import Person, Walker
 
 PLANT, SENSORS, GAIT, PUSHES, WINDOWS, POLICY, REPLAY = (
     "plant",
@@ -98,19 +100,19 @@ def _sensed_tick(task: Task, who: Person, state: Sensed, command: Float[Array, "
 def _moved(task: Task, who: Person, plant: Plant, command: Float[Array, "6"]) -> tuple[Plant, Readings]:
     setup = task.setup
     control = physics.layout(setup.body).control(command)
-    return walker.move(setup, walker.model(setup, who), who, plant, control, jnp.zeros((7, 2)))
+    return engine.move(setup, model_of(setup, who), who.ratio, who.burden, plant, control, jnp.zeros((7, 2)))
 
 
 def _controlled_tick(task: Task, body: Walker) -> tuple[Walker, None]:
     setup = task.setup
-    bones = walker.skeleton(setup, body.person)
+    bones = skeleton(setup, body.person)
     command = controllers.command(body.person.gait, bones, body.gait, body.estimate)
     moved = _moved(task, body.person, body.plant, command)
     return walker.moved(setup, body, *moved, jnp.zeros(18))[0], None
 
 
 def _body_tick(task: Task, body: Walker) -> tuple[Walker, None]:
-    return walker.tick(task.setup, walker.model(task.setup, body.person), body)[0], None
+    return walker.tick(task.setup, model_of(task.setup, body.person), body)[0], None
 
 
 def _windows(task: Task, tick: Callable[..., Any], count: int, body: Walker) -> Walker:

@@ -119,7 +119,7 @@ def run(argv: Sequence[str]) -> None:
 
         from jaxwalk import stepping, train
         from jaxwalk.common.parallel import collectives
-        from jaxwalk.walker import VARIABLE
+        from jaxwalk.model.engine import VARIABLE
 
         if args.distributed and collectives.any_of(stepping.problem() is not None)[0]:
             os.environ[VARIABLE] = "off"  # where one process has no native code, none uses it

@@ -35,7 +35,7 @@ class BodyConfig:
 
 
 Drive = Literal["servo", "gazebo"]
-"""What carries out the controllers' commands: MuJoCo's servos, or Gazebo's ways (see ``jaxwalk.drives``)."""
+"""What carries out the controllers' commands: MuJoCo's servos, or Gazebo's ways."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """The controllers under the policy: stance, swing (ahead, or `back_step`), ankle toe-off.
 
-The equations, and why they depart from the paper's, are those of `jaxwalk.controllers`.
+The equations, and why they depart from the paper's, are those of `jaxwalk.control.controllers`.
 """
 
 from __future__ import annotations

@@ -14,10 +14,12 @@ import mujoco
 import numpy as np
 from jaxtyping import PRNGKeyArray
 
-from jaxwalk import sensors, walker
 from jaxwalk.config import Config
+from jaxwalk.control import sensors, walker
+from jaxwalk.control.person import Person
 from jaxwalk.deploy import Sensors
 from jaxwalk.model import anthropometry, c_mujoco, physics
+from jaxwalk.model.engine import Setup
 
 
 @runtime_checkable
@@ -63,7 +65,7 @@ _SETTLE = 3.0  # s before the speed is measured
 
 
 class Instruments:
-    """The noisy instruments of `jaxwalk.sensors.measure`, in NumPy, as those of ``state`` go on."""
+    """The noisy instruments of `jaxwalk.control.sensors.measure`, in NumPy, as those of ``state`` go on."""
 
     def __init__(self, config: Config, rng: np.random.Generator, state: sensors.SensorState) -> None:
         self._own, self._rng, self._dt = config.sensors, rng, config.physics.timestep
@@ -95,7 +97,7 @@ def walk(
     tell: Callable[[int], None] = lambda tick: None,
     keep: bool = False,
 ) -> Walk:
-    """Walk ``seconds`` s on the body of ``config``, from a start of `jaxwalk.walker.start`.
+    """Walk ``seconds`` s on the body of ``config``, from a start of `jaxwalk.control.walker.start`.
 
     Args:
       seed: of the start and of the noise.
@@ -149,5 +151,5 @@ def walk(
 @partial(jax.jit, static_argnums=0)
 def start(config: Config, key: PRNGKeyArray) -> walker.Walker:
     """The walker of ``config`` at its start."""
-    who = walker.person(config.gait, jnp.float32(config.body.height), jnp.float32(config.body.mass))
-    return walker.start(walker.Setup.of(config), who, key, jnp.float32(config.sensors.noise))
+    who = Person.of(config.gait, jnp.float32(config.body.height), jnp.float32(config.body.mass))
+    return walker.start(Setup.of(config), who, key, jnp.float32(config.sensors.noise))

@@ -14,10 +14,13 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from jaxwalk import __version__, back_step, gait, policy, sensors, walker
+from jaxwalk import __version__, policy
 from jaxwalk.config import GRAVITY, REFERENCE_HEIGHT, REFERENCE_MASS, BodyConfig, Config
+from jaxwalk.control import back_step, scaling, sensors
+from jaxwalk.control.person import Person
 from jaxwalk.deploy.file import FORMAT_VERSION
 from jaxwalk.model import anthropometry, kinematics
+from jaxwalk.model.engine import Setup
 from jaxwalk.model.similarity import Similarity
 
 SWITCHES = ("toe_off_form", "toe_off_latched", "back_step")
@@ -106,17 +109,20 @@ def _numbers(config: Config) -> Iterator[tuple[str, dict[str, float]]]:
     # Numbers of 1 in their place, since what is 0 would not tell how it scales.
     ones = dataclasses.replace(config.gait, **dict.fromkeys(names, 1.0))
     for name in names:
-        yield name, _number(lambda r, n=name: getattr(gait.scaled(ones, r), n), getattr(config.gait, name))
+        yield (
+            name,
+            _number(lambda r, n=name: getattr(scaling.scaled(ones, r), n), getattr(config.gait, name)),
+        )
 
     reference = anthropometry.build(BodyConfig(table=config.body.table))
-    setup = walker.Setup.of(config)
+    setup = Setup.of(config)
     for name in ("thigh", "shank", "foot", "torso"):
         yield name, _number(lambda r, n=name: getattr(kinematics.skeleton(reference, r.length), n))
     inertias = {"torso_inertia": "torso", "half_leg": "leg_mass", "ankle_damping": "damping"}
     for name, field in inertias.items():
         yield (
             name,
-            _number(lambda r, f=field: getattr(walker.inertias(setup, walker.Person(r, config.gait)), f)),
+            _number(lambda r, f=field: getattr(inertias(setup, Person(r, config.gait)), f)),
         )
     yield "ankle_limit", _number(lambda r: config.physics.ankle_limit * r.torque)
     yield "torso_share", _number(lambda r: back_step.TORSO_SHARE)

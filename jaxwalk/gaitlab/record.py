@@ -13,8 +13,10 @@ from flax import struct
 from jaxtyping import Array, Bool, Float
 from mujoco import mjx
 
-from jaxwalk import rollout, stepper, walker
+from jaxwalk import rollout, stepper
 from jaxwalk.common.parallel import devices
+from jaxwalk.control import walker
+from jaxwalk.control.person import skeleton
 from jaxwalk.gaitlab import forces
 from jaxwalk.gaitlab.forces import Forces
 from jaxwalk.model import kinematics, physics, pushes
@@ -53,7 +55,7 @@ def tick(task: Task, model: mjx.Model, state: Stepper) -> tuple[Stepper, Ticks]:
     plant, readings = physics.outcome(setup.body, data)
     after = stepper.moved(task, state, *walker.moved(setup, body, plant, readings, white))
 
-    bones = walker.skeleton(setup, body.person)
+    bones = skeleton(setup, body.person)
     where = physics.layout(setup.body)
     joints, pitch = where.sagittal(body.plant.qpos), body.plant.qpos[2]
     x, _ = kinematics.ankles(bones, joints, pitch)

@@ -18,8 +18,7 @@ from jaxtyping import Array, Float
 from mujoco import mjx
 
 from jaxwalk.config import BodyConfig, PhysicsConfig
-from jaxwalk.model import anthropometry as body_lib
-from jaxwalk.model import mjcf
+from jaxwalk.model import anthropometry, mjcf
 from jaxwalk.model.mjcf import Layout
 from jaxwalk.model.similarity import Similarity
 from jaxwalk.model.solver import dynamics
@@ -87,7 +86,7 @@ def layout(body: BodyConfig) -> Layout:
 
 def compile_mujoco(body: BodyConfig, physics: PhysicsConfig) -> mujoco.MjModel:
     """The walker as a C MuJoCo model."""
-    return mjcf.build(body_lib.build(body), physics, body.model).compile()
+    return mjcf.build(anthropometry.build(body), physics, body.model).compile()
 
 
 @lru_cache(maxsize=16)

@@ -15,9 +15,9 @@ from jaxwalk.common.parallel import collectives, devices
 from jaxwalk.config import Config
 from jaxwalk.ddpg import learner
 from jaxwalk.ddpg.learner import LearnerState
+from jaxwalk.model.engine import Setup
 from jaxwalk.stepper import Task
 from jaxwalk.trials import BINS, Act, Params, Profile, Runner, Trial
-from jaxwalk.walker import Setup
 
 IMPULSES = (60.0, 70.0, 80.0, -60.0, -80.0, -100.0)
 PHASES = 16

@@ -20,10 +20,11 @@ from flax import struct
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 from jaxtyping import Array, Float, Int, Key, PRNGKeyArray
 
-from jaxwalk import footstep, walker, windows
+from jaxwalk import footstep, windows
 from jaxwalk.common.parallel import collectives
 from jaxwalk.common.parallel.devices import AXIS
 from jaxwalk.config import Config
+from jaxwalk.control.person import Person
 from jaxwalk.ddpg import learner, noise, replay
 from jaxwalk.ddpg.learner import LearnerState
 from jaxwalk.ddpg.replay import Replay
@@ -135,7 +136,7 @@ def _build(config: Config) -> Callable[[Any], TrainState]:
 
 def _initial_action(config: Config) -> tuple[float, ...]:
     with jax.ensure_compile_time_eval():
-        who = walker.person(config.gait, jnp.float32(config.body.height), jnp.float32(config.body.mass))
+        who = Person.of(config.gait, jnp.float32(config.body.height), jnp.float32(config.body.mass))
         return tuple(float(x) for x in footstep.nominal_action(who))
 
 

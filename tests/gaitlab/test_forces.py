@@ -9,13 +9,15 @@ import mujoco
 import numpy as np
 import pytest
 
-from jaxwalk import walker
 from jaxwalk.config import GRAVITY, Config
+from jaxwalk.control import walker
+from jaxwalk.control.person import Person, model_of, skeleton
 from jaxwalk.gaitlab import forces
 from jaxwalk.model import mjcf, physics
+from jaxwalk.model.engine import Setup
 
 CONFIG = Config()
-SETUP = walker.Setup.of(CONFIG)
+SETUP = Setup.of(CONFIG)
 DT = CONFIG.physics.timestep
 TICKS = 200
 # Hip rate, knee angle, ankle torque, left then right: the first row lets it stand on stiff legs; the
@@ -36,8 +38,8 @@ def flown():
     """(start, end) plants [ROWS] and the forces [ROWS, TICKS] between."""
 
     def one(key, command):
-        who = walker.person(CONFIG.gait, jnp.float32(1.8), jnp.float32(75.0))
-        model, bones = walker.model(SETUP, who), walker.skeleton(SETUP, who)
+        who = Person.of(CONFIG.gait, jnp.float32(1.8), jnp.float32(75.0))
+        model, bones = model_of(SETUP, who), skeleton(SETUP, who)
         start = walker.start(SETUP, who, key, jnp.float32(0.0)).plant
 
         def tick(plant, _):

@@ -7,8 +7,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from jaxwalk import footstep, rollout, stepper, walker
+from jaxwalk import footstep, rollout, stepper
 from jaxwalk.config import Config
+from jaxwalk.control.person import Person, model_of
 from jaxwalk.gaitlab import record
 from jaxwalk.model import physics, pushes
 from jaxwalk.stepper import Task
@@ -23,7 +24,7 @@ def start():
 
 
 def act(params, observation):
-    return footstep.nominal_action(walker.person(CONFIG.gait, jnp.float32(1.8), jnp.float32(75.0)))
+    return footstep.nominal_action(Person.of(CONFIG.gait, jnp.float32(1.8), jnp.float32(75.0)))
 
 
 def test_a_recorded_tick_moves_the_plant_once(monkeypatch):
@@ -36,7 +37,7 @@ def test_a_recorded_tick_moves_the_plant_once(monkeypatch):
     advance = physics.advance
     monkeypatch.setattr(physics, "advance", counted)
     state = start()
-    jax.eval_shape(partial(record.tick, TASK), walker.model(TASK.setup, state.walker.person), state)
+    jax.eval_shape(partial(record.tick, TASK), model_of(TASK.setup, state.walker.person), state)
     assert len(moves) == 1
 
 

@@ -102,8 +102,8 @@ def small(tmp_path_factory):
     """(rows by kind and value, how often a program was made to move walkers)."""
     out, made = tmp_path_factory.mktemp("generalise"), []
     with pytest.MonkeyPatch.context() as patch:
-        real = trials.walker.model
-        patch.setattr(trials.walker, "model", lambda *who: made.append(1) or real(*who))
+        real = trials.model_of
+        patch.setattr(trials, "model_of", lambda *who: made.append(1) or real(*who))
         options = (
             "--walkers 4 --seconds 5 --impulses 10 --phases 1 --only backpack,friction,stature,speed,noise "
             "--backpacks 15 --frictions 0.02 --statures 2 --speeds 0.8 --noises 0 --beside none "

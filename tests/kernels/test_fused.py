@@ -7,9 +7,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import footstep, stepper, walker, windows
+from jaxwalk import footstep, stepper, windows
 from jaxwalk.config import Config
 from jaxwalk.config.presets import PRESETS
+from jaxwalk.control import walker
+from jaxwalk.control.person import model_of
 from jaxwalk.kernels import emit, fused, pallas
 from jaxwalk.kernels.entries import inputs
 from jaxwalk.kernels.graph import Graph, Unsupported, reach
@@ -146,6 +148,6 @@ def test_presets_have_kernels_for_cuda(monkeypatch, preset):
     monkeypatch.setattr(walker, "on_gpu", lambda setup: True)
     state = jax.eval_shape(partial(windows.spawn, config, task), jax.random.key(0))
     many = jax.tree.map(lambda x: jax.ShapeDtypeStruct((64, *x.shape), x.dtype), state)
-    tick = jax.jit(jax.vmap(lambda s: stepper.tick(task, walker.model(task.setup, s.walker.person), s)))
+    tick = jax.jit(jax.vmap(lambda s: stepper.tick(task, model_of(task.setup, s.walker.person), s)))
     text = tick.trace(many).lower(lowering_platforms=("cuda",)).as_text()
     assert 5 < text.count("xla.gpu.triton") < 15

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from jaxwalk import cli, evaluate, sensors
+from jaxwalk import cli, evaluate
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, SensorConfig
+from jaxwalk.control import sensors
 from jaxwalk.sensitivity.settings import PARAMETERS, at_timestep, settings
 
 NONE = dict.fromkeys(PARAMETERS, ())

@@ -11,11 +11,11 @@ import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Float
 
-from jaxwalk import back_step
 from jaxwalk.config import GaitConfig
-from jaxwalk.gait import GaitState, Phase, swing_phase, swing_progress
+from jaxwalk.control import back_step
+from jaxwalk.control.sensors import Estimate
+from jaxwalk.control.step_clock import GaitState, Phase, swing_phase, swing_progress
 from jaxwalk.model.kinematics import Skeleton, shank_angles, thigh_angles
-from jaxwalk.sensors import Estimate
 
 
 @struct.dataclass

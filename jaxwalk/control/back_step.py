@@ -12,9 +12,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from jaxwalk.config import GRAVITY, GaitConfig
-from jaxwalk.gait import GaitState, Phase, step_length, swing_force, swing_phase
+from jaxwalk.control.sensors import Estimate
+from jaxwalk.control.step_clock import GaitState, Phase, step_length, swing_force, swing_phase
 from jaxwalk.model.kinematics import Skeleton, ankles
-from jaxwalk.sensors import Estimate
 
 TORSO_SHARE = 0.678  # of the body's mass, Winter: how far the torso's lean moves the whole
 

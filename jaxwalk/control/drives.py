@@ -16,7 +16,7 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, Int
 
 from jaxwalk.config import GaitConfig, PhysicsConfig, PidConfig
-from jaxwalk.gait import GaitState
+from jaxwalk.control.step_clock import GaitState
 from jaxwalk.model.mjcf import Layout
 from jaxwalk.model.physics import Plant
 from jaxwalk.model.similarity import Similarity

@@ -2,77 +2,18 @@
 
 from __future__ import annotations
 
-import os
-from dataclasses import dataclass
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
-from mujoco import mjx
 
-from jaxwalk import back_step, controllers, drives, gait, sensors
-from jaxwalk.common.errors import UserError
-from jaxwalk.config import BodyConfig, Config, Engine, GaitConfig, Kernels, PhysicsConfig, SensorConfig
-from jaxwalk.gait import GaitState
-from jaxwalk.kernels import fused as kernels
-from jaxwalk.model import anthropometry as body_lib
-from jaxwalk.model import burdens, c_mujoco, kinematics, physics, pushes
-from jaxwalk.model.burdens import Burden
-from jaxwalk.model.similarity import Similarity
-from jaxwalk.model.solver.newton import WRITTEN_OUT
-
-VARIABLE = "JAXWALK_KERNELS"
-"""Environment variable: ``off`` switches kernels off, whatever is configured."""
-
-
-@dataclass(frozen=True)
-class Setup:
-    """What all walkers of a program share; hashable, so it is static under jit."""
-
-    body: BodyConfig
-    physics: PhysicsConfig
-    sensors: SensorConfig
-    window_ticks: int
-    engine: Engine = "mjx"
-    kernels: Kernels = "auto"
-
-    @classmethod
-    def of(cls, config: Config, engine: Engine = "mjx") -> Setup:
-        """Of a configuration, in which the environment can switch kernels off.
-
-        Raises:
-          UserError: the environment says neither auto nor off.
-        """
-        told = os.environ.get(VARIABLE) or "auto"
-        if told not in ("auto", "off"):
-            raise UserError(f"{VARIABLE}={told!r:.40}: give auto or off")
-        ticks, kernels = config.train.window_ticks, config.kernels if told == "auto" else "off"
-        return cls(config.body, config.physics, config.sensors, ticks, engine, kernels)
-
-    @property
-    def timestep(self) -> float:
-        return self.physics.timestep
-
-
-@struct.dataclass
-class Person:
-    """What one walker is: constant for its life.
-
-    Attributes:
-      ratio: its body's size and mass against the reference body.
-      gait: the controllers' numbers, scaled to it.
-      burden: what it bears that they do not know of; None for nothing, at no cost.
-    """
-
-    ratio: Similarity
-    gait: GaitConfig
-    burden: Burden | None = None
-
-
-Model = mjx.Model | Person
-"""What the engine needs to know of a body: all of it (MJX), or who it is (C MuJoCo)."""
+from jaxwalk.control import back_step, controllers, drives, sensors, step_clock
+from jaxwalk.control.person import Person, inertias, reference_body, skeleton
+from jaxwalk.control.step_clock import GaitState
+from jaxwalk.model import anthropometry, burdens, engine, kinematics, physics, pushes
+from jaxwalk.model.engine import Setup
 
 
 @struct.dataclass
@@ -121,47 +62,6 @@ class Event:
     broken: Bool[Array, ""]
     step_length: Float[Array, ""]
     step_seconds: Float[Array, ""]
-
-
-def person(
-    config: GaitConfig, height: Float[Array, ""], mass: Float[Array, ""], burden: Burden | None = None
-) -> Person:
-    """A walker of ``height`` m and ``mass`` kg, with what it bears."""
-    ratio = Similarity.of(height, mass)
-    # Strong types: a weakly typed leaf would make the same program compile twice.
-    numbers = jax.tree.map(lambda x: jnp.asarray(x, jnp.float32), gait.scaled(config, ratio))
-    return Person(ratio, numbers, burden)
-
-
-def _reference_body(setup: Setup) -> body_lib.Body:
-    return body_lib.build(BodyConfig(table=setup.body.table))
-
-
-def skeleton(setup: Setup, who: Person) -> kinematics.Skeleton:
-    """Its lengths, m."""
-    return kinematics.skeleton(_reference_body(setup), who.ratio.length)
-
-
-def inertias(setup: Setup, who: Person) -> controllers.Inertias:
-    """Its inertias for the toe-off equations; the torso is the paper's box, m h^2 / 3."""
-    reference = _reference_body(setup)
-    return controllers.Inertias(
-        torso=reference.torso.mass * reference.torso.length**2 / 3 * who.ratio.inertia,
-        leg_mass=(reference.thigh.mass + reference.shank.mass + reference.foot.mass) / 2 * who.ratio.mass,
-        damping=setup.physics.ankle_damping * who.ratio.rotational_damping,
-    )
-
-
-def model(setup: Setup, who: Person) -> Model:
-    """Its body, for ``setup``'s engine."""
-    if setup.engine == "mujoco":
-        return who
-    return _body(setup, who.ratio, who.burden)
-
-
-def _body(setup: Setup, ratio: Similarity, burden: Burden | None) -> mjx.Model:
-    unladen = physics.model_of(setup.body, setup.physics, ratio)
-    return unladen if burden is None else burdens.onto(unladen, burden)
 
 
 def start(
@@ -242,7 +142,7 @@ def _toe_off(
 
 def landed_length(setup: Setup, walker: Walker) -> Float[Array, ""]:
     """How far the foot that landed last is ahead of the other, from the encoders, m."""
-    return -gait.step_length(skeleton(setup, walker.person), walker.gait, walker.estimate)
+    return -step_clock.step_length(skeleton(setup, walker.person), walker.gait, walker.estimate)
 
 
 def decide(walker: Walker, action: Float[Array, "2"]) -> Walker:
@@ -258,46 +158,6 @@ def has_fallen(setup: Setup, walker: Walker) -> Bool[Array, ""]:
     return low | (jnp.abs(pitch) > numbers.fall_pitch) | (walker.gait.elapsed > numbers.stall_seconds)
 
 
-def on_gpu(setup: Setup) -> bool:
-    """Whether JAX's first choice of devices here is a GPU, and the plant one that unrolls into a few kernels.
-
-    Between walls a body has twice the joints and four times the contacts, which would be too many; more of
-    the solver's iterations are a loop, which cannot be unrolled. Of GPUs only NVIDIA's have been tried.
-    """
-    return jax.default_backend() == "gpu" and setup.body.model == "planar" and unrolls(setup)
-
-
-def unrolls(setup: Setup) -> bool:
-    """Whether kernels may be made of the tick, and can."""
-    own = setup.physics.solver == "own" and setup.physics.iterations <= WRITTEN_OUT
-    return own and setup.kernels == "auto" and setup.engine == "mjx"
-
-
-def move(
-    setup: Setup,
-    model: Model,
-    who: Person,
-    plant: physics.Plant,
-    control: Float[Array, "A"],
-    push: Float[Array, "7 2"],
-) -> tuple[physics.Plant, physics.Readings]:
-    """One tick of the plant alone, by ``setup``'s engine (see `physics.step`).
-
-    Args:
-      model: `model` of ``who``, and no other: C MuJoCo and kernels make their own of ``who``.
-    """
-    if setup.engine == "mujoco":
-        return c_mujoco.step(setup.body, setup.physics, who.ratio, plant, control, push, who.burden)
-    if on_gpu(setup):
-        return kernels.fused(_move, setup, who.ratio, who.burden, plant, control, push)
-    return physics.step(setup.body, setup.physics, model, plant, control, push)
-
-
-def _move(setup: Setup, ratio: Similarity, burden: Burden | None, *moving: Any) -> Any:
-    model = _body(setup, ratio, burden)
-    return physics.step(setup.body, setup.physics, model, *moving)
-
-
 def drive(setup: Setup, walker: Walker) -> tuple[Walker, Float[Array, "A"], Float[Array, "7 2"]]:
     """The walker with its drives told, and what acts on its plant in the coming tick: control and loads."""
     who, where = walker.person, physics.layout(setup.body)
@@ -305,7 +165,7 @@ def drive(setup: Setup, walker: Walker) -> tuple[Walker, Float[Array, "A"], Floa
     push = pushes.met(walker.push, walker.tick, walker.gait.stance)
     loads = pushes.loads(push, walker.tick, walker.plant.qpos[2])
     if who.burden is not None:
-        torso = _reference_body(setup).torso.mass * who.ratio.mass
+        torso = reference_body(setup).torso.mass * who.ratio.mass
         loads = loads.at[0].set(burdens.felt(who.burden, torso, loads[0], walker.plant.qpos[2]))
     if walker.drives is None:
         return walker, where.control(command), loads
@@ -315,7 +175,7 @@ def drive(setup: Setup, walker: Walker) -> tuple[Walker, Float[Array, "A"], Floa
         who.ratio,
         who.gait,
         walker.gait,
-        body_lib.about_joint(_reference_body(setup).foot) * who.ratio.inertia,
+        anthropometry.about_joint(reference_body(setup).foot) * who.ratio.inertia,
         walker.drives,
         command,
         walker.plant,
@@ -334,7 +194,7 @@ def noise(walker: Walker, ticks: int) -> Float[Array, "{ticks} 18"]:
 
 
 def tick(
-    setup: Setup, model: Model, walker: Walker, white: Float[Array, "18"] | None = None
+    setup: Setup, model: engine.Model, walker: Walker, white: Float[Array, "18"] | None = None
 ) -> tuple[Walker, Event]:
     """One physics step of the closed loop.
 
@@ -342,7 +202,9 @@ def tick(
       white: this tick's row of `noise`, if it was drawn ahead.
     """
     walker, control, loads = drive(setup, walker)
-    plant, readings = move(setup, model, walker.person, walker.plant, control, loads)
+    plant, readings = engine.move(
+        setup, model, walker.person.ratio, walker.person.burden, walker.plant, control, loads
+    )
     return moved(setup, walker, plant, readings, noise(walker, 1)[0] if white is None else white)
 
 
@@ -367,15 +229,15 @@ def moved(
 
     clock = walker.gait.replace(elapsed=walker.gait.elapsed + setup.timestep)
     where = (numbers, bones, clock, estimate)
-    landed = gait.touched_down(*where) | back_step.touched_down(*where)
+    landed = step_clock.touched_down(*where) | back_step.touched_down(*where)
     # At a touch-down the legs swap: the one that was in stance trails and pushes off.
     trailing = jnp.where(landed, clock.stance, 1 - clock.stance)
     torque, seconds = _toe_off(setup, who, bones, estimate, trailing)
-    clock = gait.pressed(numbers, clock, torque, seconds)
+    clock = step_clock.pressed(numbers, clock, torque, seconds)
     restarted = clock.replace(
         stance=1 - clock.stance, elapsed=jnp.zeros(()), toe_off=torque, toe_off_seconds=seconds
     )
-    event_length = gait.step_length(bones, clock, estimate)
+    event_length = step_clock.step_length(bones, clock, estimate)
     after = walker.replace(
         plant=plant,
         sensors=state,

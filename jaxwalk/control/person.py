@@ -1,0 +1,69 @@
+"""Who walks: a body's proportions, the controllers' numbers scaled to it, and what it bears."""
+
+from __future__ import annotations
+
+import jax
+import jax.numpy as jnp
+from flax import struct
+from jaxtyping import Array, Float
+
+from jaxwalk.config import BodyConfig, GaitConfig
+from jaxwalk.control import controllers, scaling
+from jaxwalk.model import anthropometry, engine, kinematics
+from jaxwalk.model.burdens import Burden
+from jaxwalk.model.engine import Setup
+from jaxwalk.model.similarity import Similarity
+
+
+@struct.dataclass
+class Person:
+    """What one walker is: constant for its life.
+
+    Attributes:
+      ratio: its body's size and mass against the reference body.
+      gait: the controllers' numbers, scaled to it.
+      burden: what it bears that they do not know of; None for nothing, at no cost.
+    """
+
+    ratio: Similarity
+    gait: GaitConfig
+    burden: Burden | None = None
+
+    @classmethod
+    def of(
+        cls,
+        config: GaitConfig,
+        height: Float[Array, ""],
+        mass: Float[Array, ""],
+        burden: Burden | None = None,
+    ) -> Person:
+        """A walker of ``height`` m and ``mass`` kg, with what it bears."""
+        ratio = Similarity.of(height, mass)
+        # Strong types: a weakly typed leaf would make the same program compile twice.
+        numbers = jax.tree.map(lambda x: jnp.asarray(x, jnp.float32), scaling.scaled(config, ratio))
+        return cls(ratio, numbers, burden)
+
+
+def reference_body(setup: Setup) -> anthropometry.Body:
+    """That of whom the configuration's lengths, gains and torques are."""
+    return anthropometry.build(BodyConfig(table=setup.body.table))
+
+
+def skeleton(setup: Setup, who: Person) -> kinematics.Skeleton:
+    """Its lengths, m."""
+    return kinematics.skeleton(reference_body(setup), who.ratio.length)
+
+
+def inertias(setup: Setup, who: Person) -> controllers.Inertias:
+    """Its inertias for the toe-off equations; the torso is the paper's box, m h^2 / 3."""
+    reference = reference_body(setup)
+    return controllers.Inertias(
+        torso=reference.torso.mass * reference.torso.length**2 / 3 * who.ratio.inertia,
+        leg_mass=(reference.thigh.mass + reference.shank.mass + reference.foot.mass) / 2 * who.ratio.mass,
+        damping=setup.physics.ankle_damping * who.ratio.rotational_damping,
+    )
+
+
+def model_of(setup: Setup, who: Person) -> engine.Model:
+    """Its body, for ``setup``'s engine."""
+    return engine.model(setup, who.ratio, who.burden)
