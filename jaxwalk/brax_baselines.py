@@ -27,16 +27,17 @@ from brax.training.agents.sac import train as sac
 from flax import linen
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 
-from jaxwalk import footstep, policy, subjects
+from jaxwalk import policy
 from jaxwalk.cli.train_baseline import PPO, SAC, PPOArgs, SACArgs
 from jaxwalk.common import figures
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
-from jaxwalk.env import FootstepEnv
 from jaxwalk.policy import Policy
 from jaxwalk.progress import Progress
 from jaxwalk.run_folder import RunFolder
+from jaxwalk.task import footstep, rules
+from jaxwalk.task.env import FootstepEnv
 from jaxwalk.train.assess import Exam, Marks
 from jaxwalk.train.finals import Finals
 from jaxwalk.train.stop import Stop
@@ -134,14 +135,14 @@ def _ppo_networks(config: Config, std: float, *args: Any, **options: Any) -> ppo
         activation=linen.relu,
         **options,
     )
-    return _near(made, subjects.nominal(config), std)
+    return _near(made, rules.nominal(config), std)
 
 
 def _sac_networks(config: Config, std: float, *args: Any, **options: Any) -> sac_networks.SACNetworks:
     made = sac_networks.make_sac_networks(
         *args, hidden_layer_sizes=config.ddpg.hidden, activation=linen.relu, **options
     )
-    return _near(made, subjects.nominal(config), std)
+    return _near(made, rules.nominal(config), std)
 
 
 def _ppo(config: Config, settings: PPO, seed: int, footsteps: int, evaluations: int, report: Report) -> None:

@@ -15,14 +15,16 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from jaxwalk import results, scenarios, stepping, subjects, sway
+from jaxwalk import results, subjects
 from jaxwalk.common import files
 from jaxwalk.config import BodyConfig, RewardConfig
 from jaxwalk.model.burdens import Burden
 from jaxwalk.statistics import each_phase, threshold, worst_phase
-from jaxwalk.stepper import Task
 from jaxwalk.subjects import Subject
-from jaxwalk.trials import BINS, Act, Profile, Runner, Scenario, Trial
+from jaxwalk.task import backend, scenarios, sway
+from jaxwalk.task.scenarios import Scenario
+from jaxwalk.task.stepper import Task
+from jaxwalk.task.trials import BINS, Act, Profile, Runner, Trial
 
 if TYPE_CHECKING:
     from jaxwalk.cli.evaluate import EvaluateArgs
@@ -112,7 +114,7 @@ def evaluate(
       programs: made for the same ``args``; default: one of its own.
       burden: what all walkers bear without being told.
     """
-    args = stepping.sized(args, subject.config, *REPLICAS)
+    args = backend.sized(args, subject.config, *REPLICAS)
     runner = (programs or Programs(args)).of(subject)
 
     def follow(what: str, batch: Scenario, profile: Profile, seconds: float) -> Trial:
@@ -237,9 +239,9 @@ def main(args: EvaluateArgs) -> None:
         noise=args.noise,
         model=args.model,
     )
-    args = stepping.sized(args, subject.config, *REPLICAS)
+    args = backend.sized(args, subject.config, *REPLICAS)
     console = Console()
-    stepping.begin(subject.config, args.engine)
+    backend.begin(subject.config, args.engine)
     with bars(console) as tell:
         result = evaluate(subject, args, tell)
     if args.json is not None:

@@ -27,8 +27,8 @@ from jaxwalk.common.untrusted import Bad
 from jaxwalk.config import Config, to_dict
 from jaxwalk.ddpg import networks, normalizer
 from jaxwalk.ddpg.learner import LearnerState
-from jaxwalk.ddpg.types import Leaf
 from jaxwalk.deploy.file import MAX_BYTES
+from jaxwalk.task.transition import Leaf
 
 FORMAT_VERSION = 1
 _HEADER_KEY = "jaxwalk_policy"

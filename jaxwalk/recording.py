@@ -13,11 +13,11 @@ import numpy as np
 from flax import struct
 from jaxtyping import Array, Bool, Float, Int
 
-from jaxwalk import rollout, stepper
 from jaxwalk.control import walker
 from jaxwalk.model import pushes
-from jaxwalk.stepper import Stepper, Task
 from jaxwalk.subjects import Subject
+from jaxwalk.task import rollout, stepper
+from jaxwalk.task.stepper import Stepper, Task
 
 SEGMENT = 50  # decision windows in one call of the compiled program, whatever the seconds asked for
 FALL_SECONDS = 1.2  # written down after a fall

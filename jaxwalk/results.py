@@ -8,11 +8,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from jaxwalk import stepping
 from jaxwalk.common import runtime, untrusted
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, to_dict, validate
 from jaxwalk.subjects import Subject
+from jaxwalk.task import backend
 
 FORMAT = 1
 """Of the JSON files; a reader refuses others."""
@@ -37,7 +37,7 @@ def stamp(made_by: str, args: Any, subject: Subject | None, config: Config) -> d
         "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         "options": options,
         "config": to_dict(config),
-        "stepper": stepping.stepper_of(config, getattr(args, "engine", "mjx")),
+        "stepper": backend.stepper_of(config, getattr(args, "engine", "mjx")),
         **runtime.hardware(),
     }
 

@@ -334,9 +334,9 @@ def _unwritable(path: Path, reason: str) -> str:
 
 
 def _stepper(config: Config) -> str:
-    from jaxwalk import stepping  # imports JAX, which readers of run folders do without
+    from jaxwalk.task import backend  # imports JAX, which readers of run folders do without
 
-    return stepping.stepper_of(config)
+    return backend.stepper_of(config)
 
 
 def say_what_changed(versions: Mapping[str, str], config: Config) -> None:

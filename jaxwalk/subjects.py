@@ -12,15 +12,14 @@ from pathlib import Path
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxwalk import baselines, footstep, policy, run_folder, windows
+from jaxwalk import policy, run_folder
 from jaxwalk.common import resources, untrusted
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import REFERENCE_HEIGHT, BodyModel, Config, validate
-from jaxwalk.control.person import Person
+from jaxwalk.task import collect, rules
 
 SHIPPED, FIXED = "shipped", "fixed"
 
@@ -70,12 +69,12 @@ def load(
     """
     if name == FIXED:
         config = _changed(Config(), speed, height, mass, noise, model)
-        return Subject(name, config, nominal(config), _never_adapted)
-    if name in baselines.RULES:
-        seen = dataclasses.replace(Config(), observation=baselines.OBSERVATION)
+        return Subject(name, config, rules.nominal(config), rules.never_adapted)
+    if name in rules.RULES:
+        seen = dataclasses.replace(Config(), observation=rules.OBSERVATION)
         config = _changed(seen, speed, height, mass, noise, model)
-        rule = baselines.strong(baselines.RULES[name])
-        return Subject(name, config, (rule, baselines.reference(config.gait)), baselines.act)
+        rule = rules.strong(rules.RULES[name])
+        return Subject(name, config, (rule, rules.reference(config.gait)), rules.act)
     path = file(name)
     loaded = policy.load(path)
     trained = configured(path, loaded)
@@ -111,7 +110,7 @@ def origin(name: str) -> policy.Metadata | None:
     Raises:
       UserError: no such policy, or a damaged one.
     """
-    return None if name == FIXED or name in baselines.RULES else policy.load(file(name)).metadata
+    return None if name == FIXED or name in rules.RULES else policy.load(file(name)).metadata
 
 
 def file(name: str) -> Path:
@@ -120,18 +119,6 @@ def file(name: str) -> Path:
         return resources.model_path("shipped.safetensors")
     path = Path(name)
     return path / run_folder.POLICY if os.path.isdir(path) else path
-
-
-def _never_adapted(action: Float[Array, "2"], observation: Float[Array, "O"]) -> Float[Array, "2"]:
-    return action
-
-
-def nominal(config: Config) -> Float[Array, "2"]:
-    """The nominal step of the configured body, as an action."""
-    body = config.body
-    return jax.jit(lambda h, m: footstep.nominal_action(Person.of(config.gait, h, m)))(
-        jnp.float32(body.height), jnp.float32(body.mass)
-    )
 
 
 def _changed(
@@ -154,7 +141,7 @@ def _changed(
     validate.check(changed)
     seconds = changed.train.window_ticks * changed.physics.timestep
     share = body.height / REFERENCE_HEIGHT
-    if seconds > (toe_off := windows.shortest_toe_off(changed.gait, share)):
+    if seconds > (toe_off := collect.shortest_toe_off(changed.gait, share)):
         least = share * (seconds / toe_off) ** 2 * REFERENCE_HEIGHT
         raise UserError(
             f"--height {body.height:g}: the toe-off of so short a walker ({toe_off:.3f} s) ends before the "

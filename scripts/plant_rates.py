@@ -21,15 +21,15 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import stepping
 from jaxwalk.bench import stages
 from jaxwalk.bench.command import configured
-from jaxwalk.bench.programs import bare_steps, record, sharded, spawn, split, standing, walk_ticks
+from jaxwalk.bench.programs import bare_steps, record, sharded, split, standing, unpushed, walk_ticks
 from jaxwalk.cli.parse import Numbers, OptionalFile, parse
 from jaxwalk.common import files, runtime
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
-from jaxwalk.stepper import Task
+from jaxwalk.task import backend
+from jaxwalk.task.stepper import Task
 
 WALKED = 256  # walkers that walk first; a batch is these over again
 SETTLE_WINDOWS = 60
@@ -69,7 +69,7 @@ def measure(args: Args) -> list[dict[str, float]]:
     """A row for each batch."""
     config = configured(WALKED)
     task, mesh = Task.of(config), devices.mesh(WALKED)
-    fresh = sharded(partial(spawn, config, task), mesh)(
+    fresh = sharded(partial(unpushed, config, task), mesh)(
         split(jax.random.split(jax.random.key(0), WALKED), mesh)
     )
     walked = standing(sharded(partial(walk_ticks, task, SETTLE_WINDOWS), mesh)(fresh)[0])
@@ -83,7 +83,7 @@ def measure(args: Args) -> list[dict[str, float]]:
             "mjx_step": run(partial(bare_steps, config, task), walked.walker, commands),
             "xla": run(partial(stages.plant_steps, plain), walked.walker, commands),
         }
-        if stepping.stepper_of(config) != "XLA":
+        if backend.stepper_of(config) != "XLA":
             row["kernels"] = run(partial(stages.plant_steps, task), walked.walker, commands)
         rows.append(row)
     return rows

@@ -24,12 +24,12 @@ import jax.numpy as jnp
 import numpy as np
 import tyro
 
-from jaxwalk import footstep, scenarios
 from jaxwalk.common import runtime
 from jaxwalk.config import Config, GaitConfig
 from jaxwalk.control.person import Person
-from jaxwalk.stepper import Task
-from jaxwalk.trials import BINS, Profile, Runner
+from jaxwalk.task import footstep, scenarios
+from jaxwalk.task.stepper import Task
+from jaxwalk.task.trials import BINS, Profile, Runner
 
 # What `search` moves, and how far; CMA-ES works on the unit cube.
 RANGES = {

@@ -1,4 +1,4 @@
-"""Find the constants of the footstep rules in ``jaxwalk/baselines.py`` again, by CMA-ES.
+"""Find the constants of the footstep rules in ``jaxwalk/task/rules.py`` again, by CMA-ES.
 
     python scripts/tune_baselines.py --evaluations 40 --out rules.json
 
@@ -21,14 +21,14 @@ import cmaes
 import numpy as np
 import tyro
 
-from jaxwalk import baselines, scenarios
-from jaxwalk.baselines import CapturePoint, Constant, Raibert, Rule
 from jaxwalk.common import files, runtime
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
+from jaxwalk.task import rules, scenarios
+from jaxwalk.task.rules import CapturePoint, Constant, Raibert, Rule
+from jaxwalk.task.trials import Trial
 from jaxwalk.train import assess, finals
 from jaxwalk.train.assess import Exam, Marks
-from jaxwalk.trials import Trial
 
 # What is searched, and within which bounds.
 STEP = {"length": (0.5, 0.8), "duration": (0.05, 0.14)}
@@ -92,12 +92,12 @@ def tune(name: str, start: Rule, exam: Exam, args: Args) -> tuple[Rule, Marks, T
         mean, args.sigma, bounds=np.tile([0.0, 1.0], (len(mean), 1)), population_size=args.population,
         seed=args.seed,
     )  # fmt: skip
-    who = baselines.reference(exam.config.gait)
+    who = rules.reference(exam.config.gait)
 
     def examine(unit: np.ndarray) -> tuple[Rule, Marks, Trial]:
         at = dict(zip(ranges, low + unit * (high - low), strict=True))
         rule = changed(start, {f: math.exp(x) if f in LOGARITHMIC else float(x) for f, x in at.items()})
-        return rule, *exam((baselines.strong(rule), who))
+        return rule, *exam((rules.strong(rule), who))
 
     best = examine(mean)
     for _ in range(max(1, round((args.evaluations - 1) / args.population))):
@@ -118,8 +118,8 @@ def _axis(field: str, value: float) -> float:
 
 def main(args: Args) -> None:
     assess.PHASES = args.phases
-    config = dataclasses.replace(Config(), observation=baselines.OBSERVATION)
-    exam = Exam(config, baselines.act, devices.mesh(), args.seed, scenarios.TUNE, finals.IMPULSES)
+    config = dataclasses.replace(Config(), observation=rules.OBSERVATION)
+    exam = Exam(config, rules.act, devices.mesh(), args.seed, scenarios.TUNE, finals.IMPULSES)
     before = json.loads(args.out.read_text()) if args.out.exists() else {}
     found: dict[str, dict] = before.get("rules", {})
     walk: dict[str, float] = before.get("undisturbed", {})

@@ -6,15 +6,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import footstep, scenarios
 from jaxwalk.config import BodyConfig, Config, GaitConfig
 from jaxwalk.control import back_step, controllers, sensors, walker
 from jaxwalk.control.person import Person
 from jaxwalk.control.step_clock import GaitState
 from jaxwalk.model import anthropometry, kinematics
 from jaxwalk.model.engine import Setup
-from jaxwalk.stepper import Task
-from jaxwalk.trials import BINS, Profile, Runner
+from jaxwalk.task import footstep, scenarios
+from jaxwalk.task.stepper import Task
+from jaxwalk.task.trials import BINS, Profile, Runner
 
 NUMBERS = GaitConfig(
     back_step_margin=0.06, back_step_reach=0.1, back_step_least=0.1, back_step_force=150.0,

@@ -9,10 +9,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import baselines, footstep, subjects
-from jaxwalk.baselines import CapturePoint, Constant, Raibert
+from jaxwalk import subjects
 from jaxwalk.cli import checks
 from jaxwalk.config import GRAVITY, GaitConfig
+from jaxwalk.task import footstep, rules
+from jaxwalk.task.rules import CapturePoint, Constant, Raibert
 
 # A pendulum of one rad/s whose step makes the offset three times as large: b0 = 0.4 / (3 - 1) = 0.2 m.
 SLOW = {"height": GRAVITY, "seconds": math.log(3.0), "step": 0.4, "com_ahead": -0.2, "landing_speed": 1.2}
@@ -75,24 +76,24 @@ def test_the_next_step_begins_as_usual_and_no_other_is_nearer(error, timing):
 
 
 def test_a_capture_point_far_behind_the_foot_asks_for_nothing_that_is_not_finite():
-    rule = baselines.RULES["capture-point"]
+    rule = rules.RULES["capture-point"]
     asked = jax.vmap(rule.command)(jax.vmap(seen)(jnp.linspace(-3, 4, 50), jnp.linspace(-1, 1, 50)))
     assert bool(jnp.isfinite(asked).all())
 
 
-@pytest.mark.parametrize("name", baselines.RULES)
+@pytest.mark.parametrize("name", rules.RULES)
 def test_actions_stand_for_the_commands_within_their_bounds(name):
     subject = subjects.load(name)
-    assert subject.config.observation == baselines.OBSERVATION
-    who = baselines.reference(GaitConfig())
+    assert subject.config.observation == rules.OBSERVATION
+    who = rules.reference(GaitConfig())
     low, high = footstep.bounds(who)
     for observation in (seen(1.2, -0.2), seen(1.5, -0.1), seen(9.0, 2.0), seen(-9.0, -2.0)):
         action = jax.jit(subject.act)(subject.params, observation)
-        wanted = jnp.clip(baselines.RULES[name].command(observation), low, high)
+        wanted = jnp.clip(rules.RULES[name].command(observation), low, high)
         np.testing.assert_allclose(footstep.to_command(who, action), wanted, atol=1e-5)
 
 
 def test_every_rule_has_a_name_on_the_command_line_and_no_two_act_alike():
-    assert set(baselines.RULES) < set(checks.BUILT_IN)
+    assert set(rules.RULES) < set(checks.BUILT_IN)
     digests = {subjects.load(name).digest for name in checks.BUILT_IN}
     assert len(digests) == len(checks.BUILT_IN)

@@ -11,7 +11,7 @@ from rich.console import Console
 from jaxwalk.bench import command, programs, rounds, scaling
 from jaxwalk.cli.bench import BenchArgs
 from jaxwalk.config import Config
-from jaxwalk.stepper import Task
+from jaxwalk.task.stepper import Task
 
 SIZE = 2 * jax.device_count()
 
@@ -158,7 +158,7 @@ def test_the_bare_step_goes_through_the_motion_of_the_tick():
     config, windows = Config(), 25
     task = Task.of(config)
     ticks = windows * task.setup.window_ticks
-    start = jax.jit(partial(programs.spawn, config, task))(jax.random.key(0))
+    start = jax.jit(partial(programs.unpushed, config, task))(jax.random.key(0))
     commands = jax.jit(partial(programs.record, task, ticks))(start)
     bare = jax.jit(partial(programs.bare_steps, config, task))(start.walker, commands)
     walked, _ = jax.jit(partial(programs.walk_ticks, task, windows))(start)

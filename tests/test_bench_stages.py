@@ -18,7 +18,7 @@ from jaxwalk.config import Config
 from jaxwalk.control import walker
 from jaxwalk.control.person import model_of
 from jaxwalk.model import pushes
-from jaxwalk.stepper import Task
+from jaxwalk.task.stepper import Task
 
 SIZE = 2 * jax.device_count()
 
@@ -98,7 +98,7 @@ def test_the_stages_of_one_walker_go_one_way():
     config = Config(sensors=dataclasses.replace(Config().sensors, noise=0.0))
     task, windows = Task.of(config), 4
     ticks = windows * task.setup.window_ticks
-    state = jax.jit(partial(programs.spawn, config, task))(jax.random.key(0))
+    state = jax.jit(partial(programs.unpushed, config, task))(jax.random.key(0))
     body = state.walker
     assert body.push.start == pushes.NEVER
 

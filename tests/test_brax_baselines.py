@@ -16,6 +16,7 @@ from brax.training.agents.sac import networks as sac_networks
 from jaxwalk import brax_baselines, cli, policy, run_folder, subjects
 from jaxwalk.cli.train_baseline import PPO, SAC, PPOArgs, SACArgs
 from jaxwalk.config import Config, DDPGConfig
+from jaxwalk.task import rules
 from jaxwalk.train import assess
 
 CONFIG = Config(ddpg=DDPGConfig(hidden=(16, 8)))
@@ -63,7 +64,7 @@ def test_the_first_policy_is_near_the_nominal_step_with_the_spread_asked_for(mad
     params = (seen, networks.policy_network.init(jax.random.key(2)))
     observations = jax.random.normal(jax.random.key(3), (200, SIZE)) * seen.std + seen.mean
     actions, _ = make_policy(params, deterministic=True)(observations, jax.random.key(0))
-    np.testing.assert_allclose(actions, np.tile(subjects.nominal(CONFIG), (200, 1)), atol=0.03)
+    np.testing.assert_allclose(actions, np.tile(rules.nominal(CONFIG), (200, 1)), atol=0.03)
     logits = networks.policy_network.apply(*params, observations)
     spread = networks.parametric_action_distribution.create_dist(logits).scale
     np.testing.assert_allclose(spread, 0.25, atol=0.02)

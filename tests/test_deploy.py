@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import deploy, footstep, policy, stepper, subjects
+from jaxwalk import deploy, policy, subjects
 from jaxwalk.common import resources
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Observable
@@ -21,7 +21,8 @@ from jaxwalk.ddpg import networks
 from jaxwalk.export import c, c_runtime, closed_loop, manifest, tensors
 from jaxwalk.export.closed_loop import Shove
 from jaxwalk.model.physics import Readings
-from jaxwalk.stepper import Task
+from jaxwalk.task import footstep, stepper
+from jaxwalk.task.stepper import Task
 
 TRAINED = policy.load(resources.model_path("shipped.safetensors"))
 SUBJECT = subjects.load("shipped")

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from brax import envs
 
-from jaxwalk import footstep, stepper, windows
 from jaxwalk.config import Config, PushConfig, TrainConfig
-from jaxwalk.env import FootstepEnv
+from jaxwalk.task import collect, footstep, stepper
+from jaxwalk.task.env import FootstepEnv
 
 BATCH = 4
 FOOTSTEPS = 6
@@ -145,7 +145,7 @@ def test_transitions_are_those_of_the_windowed_collection(walk, actions):
     """Footstep by footstep; two programs of one tick differ by rounding, which landings enlarge."""
     task = stepper.Task.of(CONFIG)
     window = jax.jit(
-        lambda s, a, k: windows.window(CONFIG, task, s, lambda *_: a, jax.random.split(k, BATCH))
+        lambda s, a, k: collect.window(CONFIG, task, s, lambda *_: a, jax.random.split(k, BATCH))
     )
     # The environment draws noise and push anew as an episode begins: start from what it drew.
     first, second = walk[0].pipeline_state, walk[1].pipeline_state.walker

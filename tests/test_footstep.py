@@ -5,11 +5,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import footstep
 from jaxwalk.config import Config, GaitConfig, RewardConfig, SensorConfig
 from jaxwalk.control import walker
 from jaxwalk.control.person import Person
 from jaxwalk.model.engine import Setup
+from jaxwalk.task import footstep
 
 NUMBERS = GaitConfig(
     speed_desired=1.0, length_min=0.2, length_max=1.4, duration_min=0.1, duration_max=0.4,

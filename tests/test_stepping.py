@@ -8,7 +8,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import env, footstep, rollout, scenarios, stepper, stepping, trials, windows
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import BodyConfig, Config, PhysicsConfig
 from jaxwalk.control import walker
@@ -18,7 +17,8 @@ from jaxwalk.kernels.graph import Unsupported
 from jaxwalk.model import engine, physics
 from jaxwalk.model.engine import Setup
 from jaxwalk.model.solver import dynamics
-from jaxwalk.stepper import Task
+from jaxwalk.task import backend, env, footstep, rollout, scenarios, spawn, stepper, trials
+from jaxwalk.task.stepper import Task
 
 PLANAR, WALLS = Config(), Config(body=BodyConfig(model="walls"))
 WALKERS = 1000
@@ -29,7 +29,7 @@ def walked(config, walkers):
     task = Task.of(config)
 
     def on(key):
-        state = windows.spawn(config, task, key)
+        state = spawn.walker(config, task, key)
 
         def window(_, state):
             state = stepper.decide(state, footstep.nominal_action(state.walker.person))
@@ -156,12 +156,12 @@ def _noise(_, state):
 
 def test_the_environment_can_switch_native_code_off(monkeypatch):
     config = dataclasses.replace(PLANAR, kernels="off")
-    assert stepping.stepper_of(config) == "XLA"
-    assert stepping.stepper_of(PLANAR) == f"native code, {native.width()} walkers a vector"
+    assert backend.stepper_of(config) == "XLA"
+    assert backend.stepper_of(PLANAR) == f"native code, {native.width()} walkers a vector"
     monkeypatch.setenv(engine.VARIABLE, "auto")
-    assert not stepping.native_here(Setup.of(config))
+    assert not backend.native_here(Setup.of(config))
     monkeypatch.setenv(engine.VARIABLE, "off")
-    assert not stepping.native_here(Setup.of(PLANAR))
+    assert not backend.native_here(Setup.of(PLANAR))
     monkeypatch.setattr(jax, "default_backend", lambda: "gpu")
     assert not engine.on_gpu(Setup.of(PLANAR))
     monkeypatch.setenv(engine.VARIABLE, "yes")
@@ -175,22 +175,22 @@ def test_where_no_native_code_can_be_made_xla_steps_and_it_is_said_once(monkeypa
         raise error
 
     monkeypatch.setattr(walk, "scan", fails)
-    monkeypatch.setattr(stepping, "_failed", [])
-    stepping.say.cache_clear()
+    monkeypatch.setattr(backend, "_failed", [])
+    backend.say.cache_clear()
     for _ in range(2):
-        told = stepping.scan(Setup.of(PLANAR), _noise, None, 1, None, otherwise=lambda: (7, None))
+        told = backend.scan(Setup.of(PLANAR), _noise, None, 1, None, otherwise=lambda: (7, None))
         assert told == (7, None)
     said = capsys.readouterr().err
     assert said.count("\n") == 1 and str(error) in said
     # What cannot be compiled is not tried again, and told of in results.
-    assert ("c++ failed" in stepping.stepper_of(PLANAR)) == isinstance(error, compiler.BuildError)
+    assert ("c++ failed" in backend.stepper_of(PLANAR)) == isinstance(error, compiler.BuildError)
 
 
 def test_mjx_itself_steps_whoever_asks_for_it():
     own, plain = PhysicsConfig(), PhysicsConfig(solver="mjx")
     config = dataclasses.replace(PLANAR, physics=plain)
-    assert stepping.stepper_of(config) == "mjx.step"
-    assert not stepping.native_here(Setup.of(config))
+    assert backend.stepper_of(config) == "mjx.step"
+    assert not backend.native_here(Setup.of(config))
     ratio = Person.of(config.gait, jnp.float32(1.8), jnp.float32(75)).ratio
 
     def step(physics_config):

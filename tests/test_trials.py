@@ -7,13 +7,14 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import footstep, stepping
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
 from jaxwalk.control.person import Person
 from jaxwalk.model import pushes
-from jaxwalk.stepper import Task
-from jaxwalk.trials import BINS, PUSH_STEP, Profile, Runner, Scenario, begin
+from jaxwalk.task import backend, footstep
+from jaxwalk.task.scenarios import Scenario
+from jaxwalk.task.stepper import Task
+from jaxwalk.task.trials import BINS, PUSH_STEP, Profile, Runner, begin
 
 CONFIG = Config()
 TASK = Task.of(CONFIG)
@@ -76,7 +77,7 @@ def run(runner, profile):
 def small_blocks():
     """So that few trials make several blocks."""
     with pytest.MonkeyPatch.context() as patch:
-        for one in (devices, stepping):
+        for one in (devices, backend):
             patch.setattr(one, "BLOCK", 2)
         yield
 

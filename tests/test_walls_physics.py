@@ -5,13 +5,14 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import evaluate, subjects, sway
+from jaxwalk import evaluate, subjects
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.config import BodyConfig, Config
 from jaxwalk.control import controllers, walker
 from jaxwalk.control.person import Person, model_of, skeleton
 from jaxwalk.model import engine, mjcf
 from jaxwalk.model.engine import Setup
+from jaxwalk.task import sway
 
 CONFIG = Config(body=BodyConfig(model="walls"))
 IN_C, IN_MJX = Setup.of(CONFIG, "mujoco"), Setup.of(CONFIG)

@@ -8,12 +8,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import footstep, stepper, windows
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, PushConfig, TrainConfig
 from jaxwalk.control import walker
 from jaxwalk.control.person import Person, model_of
-from jaxwalk.stepper import Task
+from jaxwalk.task import collect, footstep, spawn, stepper
+from jaxwalk.task.stepper import Task
 
 WALKERS, WINDOWS = 8, 130
 CONFIG = Config(
@@ -44,7 +44,7 @@ def window():
     def one(states, key):
         traces.append(1)
         keys = jax.random.split(key, WALKERS)
-        return windows.window(CONFIG, TASK, states, lambda observation, _: policy(observation), keys)
+        return collect.window(CONFIG, TASK, states, lambda observation, _: policy(observation), keys)
 
     program = jax.jit(one)
     program.traces = traces
@@ -54,7 +54,7 @@ def window():
 @pytest.fixture(scope="module")
 def spawned():
     keys = jax.random.split(jax.random.key(11), WALKERS)
-    return jax.jit(jax.vmap(lambda key: windows.spawn(CONFIG, TASK, key)))(keys)
+    return jax.jit(jax.vmap(lambda key: spawn.walker(CONFIG, TASK, key)))(keys)
 
 
 @pytest.fixture(scope="module")
@@ -260,15 +260,15 @@ def test_too_long_windows_are_refused():
             train = dataclasses.replace(CONFIG.train, window_ticks=ticks, height_spread=spread)
             config = dataclasses.replace(CONFIG, train=train)
             if ticks == limit:
-                windows.check(config)
+                collect.check(config)
             else:
                 with pytest.raises(UserError, match=f"train.window_ticks {ticks} .* give at most {limit}"):
-                    windows.check(config)
+                    collect.check(config)
 
 
 def test_newborns_differ_within_their_ranges():
     keys = jax.random.split(jax.random.key(13), 2000)
-    born = jax.jit(jax.vmap(lambda key: windows.spawn(CONFIG, TASK, key)))(keys)
+    born = jax.jit(jax.vmap(lambda key: spawn.walker(CONFIG, TASK, key)))(keys)
     ratio, push = jax.device_get((born.walker.person.ratio, born.walker.push))
 
     def spans(sample, low, high):

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any, get_args
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import evaluate, results, stepping, subjects
+from jaxwalk import evaluate, results, subjects
 from jaxwalk.agreement import compare, picture
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.common import files
 from jaxwalk.config import Engine
 from jaxwalk.evaluate import Tell
 from jaxwalk.subjects import Subject
+from jaxwalk.task import backend
 
 if TYPE_CHECKING:
     from jaxwalk.cli.agreement import AgreementArgs
@@ -50,7 +51,7 @@ def main(args: AgreementArgs) -> None:
     subject = subjects.load(args.policy, height=args.height, mass=args.mass)
     files.make_folder("--out", args.out)
     console = Console()
-    stepping.begin(subject.config)
+    backend.begin(subject.config)
     with evaluate.bars(console) as tell:
         result = agreement(subject, args, tell)
     files.write_json(args.out / "agreement.json", result)

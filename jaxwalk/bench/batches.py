@@ -23,7 +23,7 @@ from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
 from jaxwalk.ddpg.replay import Replay
 from jaxwalk.model import pushes
-from jaxwalk.stepper import Stepper, Task
+from jaxwalk.task.stepper import Stepper, Task
 from jaxwalk.train import loop
 from jaxwalk.train.loop import TrainState
 

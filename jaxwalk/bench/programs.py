@@ -13,7 +13,6 @@ from jax.sharding import Mesh, NamedSharding, PartitionSpec
 from jaxtyping import Array, Bool, Float
 from mujoco import mjx
 
-from jaxwalk import footstep, stepper, windows
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
 from jaxwalk.common.parallel.devices import AXIS
@@ -22,7 +21,8 @@ from jaxwalk.control import controllers
 from jaxwalk.control.person import model_of, skeleton
 from jaxwalk.control.walker import Walker
 from jaxwalk.model import physics, pushes
-from jaxwalk.stepper import Stepper, Task
+from jaxwalk.task import collect, footstep, spawn, stepper
+from jaxwalk.task.stepper import Stepper, Task
 
 
 def walk_ticks(task: Task, count: int, state: Stepper) -> tuple[Stepper, Float[Array, ""]]:
@@ -30,7 +30,7 @@ def walk_ticks(task: Task, count: int, state: Stepper) -> tuple[Stepper, Float[A
 
     def window(state: Stepper, _: None) -> tuple[Stepper, Bool[Array, ""]]:
         state = stepper.decide(state, footstep.nominal_action(state.walker.person))
-        state = windows.run_ticks(task, state, task.setup.window_ticks)
+        state = collect.run_ticks(task, state, task.setup.window_ticks)
         return state, state.last.closed
 
     state, closed = jax.lax.scan(window, state, length=count)
@@ -64,9 +64,9 @@ def bare_steps(config: Config, task: Task, body: Walker, commands: Float[Array, 
     return jax.lax.scan(step, data, commands)[0]
 
 
-def spawn(config: Config, task: Task, key: Array) -> Stepper:
+def unpushed(config: Config, task: Task, key: Array) -> Stepper:
     """A walker as training starts them, but that nobody pushes."""
-    state = windows.spawn(config, task, key)
+    state = spawn.walker(config, task, key)
     return state.replace(walker=state.walker.replace(push=pushes.none()))
 
 

@@ -19,14 +19,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from jaxwalk import scenarios, subjects
-from jaxwalk.bench.programs import bare_steps, record, sharded, spawn, split, standing, walk_ticks
+from jaxwalk import subjects
+from jaxwalk.bench.programs import bare_steps, record, sharded, split, standing, unpushed, walk_ticks
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
-from jaxwalk.stepper import Task
+from jaxwalk.task import scenarios
+from jaxwalk.task.stepper import Task
+from jaxwalk.task.trials import BINS, Profile, Runner
 from jaxwalk.train import checkpoint, loop
 from jaxwalk.train.checkpoint import Checkpoint, Store
-from jaxwalk.trials import BINS, Profile, Runner
 
 BARE, TICK, MAP, LOOP = "mjx_step", "tick", "push_map", "training_loop"
 BY_XLA = "tick_by_xla"  # the tick without native code or kernels
@@ -130,7 +131,7 @@ def measure(
     build = builder.build
 
     keys = jax.random.split(jax.random.key(seed), config.train.walkers)
-    fresh = sharded(partial(spawn, config, task), mesh)(split(keys, mesh))
+    fresh = sharded(partial(unpushed, config, task), mesh)(split(keys, mesh))
     tick, tick_cost = build(TICK, sharded(partial(walk_ticks, task, count), mesh), fresh)
     plain = Task.of(dataclasses.replace(config, kernels="off"))
     by_xla, xla_cost = build(BY_XLA, sharded(partial(walk_ticks, plain, count), mesh), fresh)

@@ -15,7 +15,6 @@ import jax.numpy as jnp
 from jax.sharding import Mesh, PartitionSpec
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
-from jaxwalk import footstep, stepping, windows
 from jaxwalk.bench.programs import bare_steps
 from jaxwalk.bench.rounds import BARE, BY_XLA, LOOP, TICK
 from jaxwalk.common.parallel.devices import AXIS
@@ -26,7 +25,8 @@ from jaxwalk.control.sensors import Estimate, SensorState
 from jaxwalk.control.walker import Walker
 from jaxwalk.model import engine, physics
 from jaxwalk.model.physics import Plant, Readings
-from jaxwalk.stepper import Stepper, Task
+from jaxwalk.task import backend, collect, footstep
+from jaxwalk.task.stepper import Stepper, Task
 from jaxwalk.train import loop
 
 PLANT, SENSORS, GAIT, PUSHES, WINDOWS, POLICY, REPLAY = (
@@ -123,7 +123,7 @@ def _windows(task: Task, tick: Callable[..., Any], count: int, body: Walker) -> 
         def by_xla() -> tuple[Walker, None]:
             return jax.lax.scan(lambda body, _: tick(task, body), body, length=ticks)
 
-        return stepping.scan(task.setup, tick, task, ticks, body, otherwise=by_xla)
+        return backend.scan(task.setup, tick, task, ticks, body, otherwise=by_xla)
 
     return jax.lax.scan(window, body, length=count)[0]
 
@@ -143,7 +143,7 @@ def _replayed(
             walked, _ = jax.lax.scan(lambda one, it: (tick(task, who, one, it), None), state, commands)
             return (walked, jnp.int32(ticks)), None
 
-        told = stepping.scan(
+        told = backend.scan(
             task.setup, _follow, (tick, task), ticks, (state, jnp.int32(0)), who, commands, otherwise=by_xla
         )
         return told[0][0], None
@@ -172,7 +172,7 @@ def nominal_windows(
         key, here = jax.random.split(key)
         actions = jax.vmap(footstep.nominal_action)(states.walker.person)
         keys = jax.random.split(jax.random.fold_in(here, jax.lax.axis_index(AXIS)), states.asked.shape[0])
-        states, brought = windows.window(config, task, states, lambda *_: actions, keys)
+        states, brought = collect.window(config, task, states, lambda *_: actions, keys)
         return (states, key), jnp.sum(brought.footsteps.closed, dtype=jnp.float32)
 
     length = config.train.windows_per_report

@@ -117,11 +117,12 @@ def run(argv: Sequence[str]) -> None:
             stack.enter_context(launch.joined(args.place, f"go on with {_resumed(args)}"))
         import jax
 
-        from jaxwalk import stepping, train
+        from jaxwalk import train
         from jaxwalk.common.parallel import collectives
         from jaxwalk.model.engine import VARIABLE
+        from jaxwalk.task import backend
 
-        if args.distributed and collectives.any_of(stepping.problem() is not None)[0]:
+        if args.distributed and collectives.any_of(backend.problem() is not None)[0]:
             os.environ[VARIABLE] = "off"  # where one process has no native code, none uses it
         if args.resume is None and collectives.first():
             named = any(word.partition("=")[0] == "--preset" for word in argv)

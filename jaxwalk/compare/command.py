@@ -10,13 +10,14 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from jaxwalk import evaluate, results, stepping
+from jaxwalk import evaluate, results
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.common import files
 from jaxwalk.compare import cast, entry, picture, summary
 from jaxwalk.compare.cast import Member
 from jaxwalk.compare.summary import WAYS, Figures
 from jaxwalk.config import to_dict
+from jaxwalk.task import backend
 
 if TYPE_CHECKING:
     from jaxwalk.cli.compare import CompareArgs
@@ -48,8 +49,8 @@ def compare(args: CompareArgs, progress: Progress) -> dict[str, Any]:
     )
     files.make_folder("--out", args.out)
     config = loaded[0][0].subject.config
-    args = stepping.sized(args, config, many=128, few=4)
-    stepping.begin(config, args.engine)
+    args = backend.sized(args, config, many=128, few=4)
+    backend.begin(config, args.engine)
     same = {field.name for field in dataclasses.fields(EvaluateArgs)} - {"policy", "json"}
     options = EvaluateArgs(policy="", **{name: getattr(args, name) for name in same})
     programs = evaluate.Programs(options)

@@ -21,7 +21,7 @@ from jaxwalk.config import DDPGConfig
 from jaxwalk.ddpg import networks, normalizer
 from jaxwalk.ddpg.networks import Params
 from jaxwalk.ddpg.normalizer import Normalizer
-from jaxwalk.ddpg.types import Leaf, Transition
+from jaxwalk.task.transition import Leaf, Transition
 
 
 @jax.tree_util.register_dataclass

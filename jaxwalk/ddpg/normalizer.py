@@ -13,7 +13,7 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Bool, Float
 
-from jaxwalk.ddpg.types import Leaf
+from jaxwalk.task.transition import Leaf
 
 CLIP = 10.0  # largest normalised observation, in standard deviations
 _MIN_VARIANCE = 1e-8  # below it an observation counts as constant and is only centred

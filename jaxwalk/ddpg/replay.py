@@ -14,7 +14,7 @@ from jax import lax
 from jaxtyping import Array, Bool, UInt32
 
 from jaxwalk.common.parallel.devices import anywhere
-from jaxwalk.ddpg.types import Leaf, Transition
+from jaxwalk.task.transition import Leaf, Transition
 
 
 @jax.tree_util.register_dataclass

@@ -14,11 +14,12 @@ from rich.progress import Progress
 from rich.table import Table
 from rich.text import Text
 
-from jaxwalk import results, stepping, subjects
+from jaxwalk import results, subjects
 from jaxwalk.common import files, untrusted
 from jaxwalk.common.errors import UserError
 from jaxwalk.gaitlab import measures, picture, report, signals
 from jaxwalk.gaitlab.report import Report
+from jaxwalk.task import backend
 
 if TYPE_CHECKING:
     from jaxwalk.cli.gait import GaitArgs
@@ -68,7 +69,7 @@ def main(args: GaitArgs) -> None:
     check_free(args.out, identity)
     files.make_folder("--out", args.out)
     console = Console()
-    stepping.begin(subject.config)
+    backend.begin(subject.config)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         bar = progress.add_task("walking", total=1.0)
         found = report.make(

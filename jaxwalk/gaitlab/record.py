@@ -13,16 +13,17 @@ from flax import struct
 from jaxtyping import Array, Bool, Float
 from mujoco import mjx
 
-from jaxwalk import rollout, stepper
 from jaxwalk.common.parallel import devices
 from jaxwalk.control import walker
 from jaxwalk.control.person import skeleton
 from jaxwalk.gaitlab import forces
 from jaxwalk.gaitlab.forces import Forces
 from jaxwalk.model import kinematics, physics, pushes
-from jaxwalk.stepper import Stepper, Task
 from jaxwalk.subjects import Subject
-from jaxwalk.trials import SETTLE_SECONDS, Scenario
+from jaxwalk.task import rollout, stepper
+from jaxwalk.task.scenarios import Scenario
+from jaxwalk.task.stepper import Stepper, Task
+from jaxwalk.task.trials import SETTLE_SECONDS
 
 BATCH = 64  # walkers in one program, at most
 

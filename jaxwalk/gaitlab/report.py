@@ -11,13 +11,13 @@ import jax
 import numpy as np
 from jaxtyping import Float
 
-from jaxwalk import scenarios
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import REFERENCE_MASS
 from jaxwalk.gaitlab import energy, human, measures, record, signals, strides
 from jaxwalk.gaitlab.human import Human
 from jaxwalk.gaitlab.record import Ticks
 from jaxwalk.subjects import Subject
+from jaxwalk.task import scenarios
 
 SIDES = ("left", "right")
 

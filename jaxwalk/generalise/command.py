@@ -9,7 +9,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import evaluate, results, stepping, subjects, sweeps
+from jaxwalk import evaluate, results, subjects, sweeps
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.cli.generalise import NOBODY
 from jaxwalk.common import files
@@ -19,6 +19,7 @@ from jaxwalk.evaluate import Programs, Tell
 from jaxwalk.generalise import picture
 from jaxwalk.generalise.circumstances import Circumstance, circumstances
 from jaxwalk.subjects import Subject
+from jaxwalk.task import backend
 
 if TYPE_CHECKING:
     from jaxwalk.cli.generalise import GeneraliseArgs
@@ -113,7 +114,7 @@ def main(args: GeneraliseArgs) -> None:
     plan = planned(args)  # before minutes of work
     files.make_folder("--out", args.out)
     console = Console()
-    stepping.begin(plan[0][1].config, args.engine)
+    backend.begin(plan[0][1].config, args.engine)
     with evaluate.bars(console) as tell:
         result = generalise(plan, args, tell)
     files.write_json(args.out / "generalise.json", result)

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 from rich.console import Console
 
-from jaxwalk import evaluate, stepping, subjects
+from jaxwalk import evaluate, subjects
 from jaxwalk.cli import lines
 from jaxwalk.cli.paper import NAMES, PaperArgs
 from jaxwalk.common import figures, files
@@ -28,6 +28,7 @@ from jaxwalk.paper.page import Ours, Page, Told
 from jaxwalk.paper.store import Store
 from jaxwalk.paper.verdict import Verdict
 from jaxwalk.subjects import Subject
+from jaxwalk.task import backend
 
 
 def main(args: PaperArgs) -> None:
@@ -40,7 +41,7 @@ def main(args: PaperArgs) -> None:
     if args.retrain:
         tell = partial(console.print, highlight=False)
         trainings.train(args.trainings, args.out / "runs", tuple(trainings.TRAININGS), tell)
-    stepping.begin(subject.config)
+    backend.begin(subject.config)
     store = Store(args, subject, {name: _inputs(claim, args) for name, claim in claims.items()})
     for name in store.claims:
         _said(claims[name], store)  # what is damaged is said before minutes of measuring

@@ -15,7 +15,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from jaxwalk import evaluate, scenarios, subjects
+from jaxwalk import evaluate, subjects
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.config import BodyModel, GaitConfig
 from jaxwalk.evaluate import AFTER_PUSH, BEFORE_PUSH, Programs
@@ -24,8 +24,10 @@ from jaxwalk.model.burdens import Burden
 from jaxwalk.paper import trace, trainings
 from jaxwalk.paper.verdict import Interval, mean_of, share
 from jaxwalk.subjects import Subject
+from jaxwalk.task import scenarios
+from jaxwalk.task.scenarios import Scenario
+from jaxwalk.task.trials import BINS, Profile, Trial
 from jaxwalk.train.assess import IMPULSES
-from jaxwalk.trials import BINS, Profile, Scenario, Trial
 
 BATCH = 64
 EXAM_SECONDS = 9.0  # the push comes in the sixth footstep, after some 3 s

@@ -14,13 +14,13 @@ import numpy as np
 from flax import struct
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from jaxwalk import rollout, scenarios, stepper, stepping
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
 from jaxwalk.model import pushes
-from jaxwalk.stepper import Stepper, Task
 from jaxwalk.subjects import Subject
-from jaxwalk.trials import SETTLE_SECONDS
+from jaxwalk.task import backend, rollout, scenarios, stepper
+from jaxwalk.task.stepper import Stepper, Task
+from jaxwalk.task.trials import SETTLE_SECONDS
 
 PUSH_SECONDS = 4.0  # the first push begins then; the others within the step after it
 SPREAD_SECONDS = 0.45  # over which pushes are spread, so that they meet all phases of the step
@@ -92,7 +92,7 @@ class Recorder:
     def __init__(self, subject: Subject, batch: int) -> None:
         task = self._task = dataclasses.replace(Task.of(subject.config), episode_ticks=pushes.NEVER)
         mesh = devices.mesh()
-        block = stepping.block(task.setup)
+        block = backend.block(task.setup)
         whole = mesh.size * block
         self.batch = -(-batch // whole) * whole
         self.timestep = task.setup.timestep

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table as Screen
 
-from jaxwalk import results, stepping, subjects
+from jaxwalk import results, subjects
 from jaxwalk.capturability import Pendulum
 from jaxwalk.common import files, runtime
 from jaxwalk.config import to_dict
@@ -18,7 +18,8 @@ from jaxwalk.model import anthropometry, physics
 from jaxwalk.pushmap import picture, run, summary, table
 from jaxwalk.pushmap.grid import Grid
 from jaxwalk.subjects import Subject
-from jaxwalk.trials import Trial
+from jaxwalk.task import backend
+from jaxwalk.task.trials import Trial
 
 if TYPE_CHECKING:
     from jaxwalk.cli.push_map import PushMapArgs
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 def push_map(subject: Subject, args: PushMapArgs, progress: Progress) -> dict[str, Any]:
     """Try the whole grid and write ``map.npz``, ``map.json`` and ``map.png``; gives the JSON."""
-    args = stepping.sized(args, subject.config, many=64, few=8)
+    args = backend.sized(args, subject.config, many=64, few=8)
     phases = tuple(i / args.phases for i in range(args.phases))
     grid = Grid(args.impulses, phases, args.points, args.durations, args.replicas or 0, args.seed)
     identity = {"policy": subject.digest, "config": to_dict(subject.config), "engine": args.engine}
@@ -80,7 +81,7 @@ def main(args: PushMapArgs) -> None:
     """The command."""
     subject = subjects.load(args.policy, model=args.model)
     console = Console()
-    stepping.begin(subject.config, args.engine)
+    backend.begin(subject.config, args.engine)
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
     with Progress(
         *columns, TimeRemainingColumn(), console=console, disable=not console.is_terminal

@@ -11,15 +11,16 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from jaxwalk import evaluate, scenarios
+from jaxwalk import evaluate
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Engine
 from jaxwalk.model import pushes
 from jaxwalk.pushmap.table import Table
-from jaxwalk.stepper import Task
 from jaxwalk.subjects import Subject
-from jaxwalk.trials import BINS, Profile, Runner, Trial
+from jaxwalk.task import scenarios
+from jaxwalk.task.stepper import Task
+from jaxwalk.task.trials import BINS, Profile, Runner, Trial
 
 CALM = 64  # unpushed walkers, whose speed recovery is held against
 CALM_SECONDS = 15.0

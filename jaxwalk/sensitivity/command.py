@@ -9,7 +9,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import evaluate, results, stepping, subjects, sweeps
+from jaxwalk import evaluate, results, subjects, sweeps
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.common import files
 from jaxwalk.config import Config
@@ -17,6 +17,7 @@ from jaxwalk.evaluate import Tell
 from jaxwalk.sensitivity import picture
 from jaxwalk.sensitivity.settings import PARAMETERS, Setting, settings
 from jaxwalk.subjects import Subject
+from jaxwalk.task import backend
 
 if TYPE_CHECKING:
     from jaxwalk.cli.sensitivity import SensitivityArgs
@@ -67,7 +68,7 @@ def main(args: SensitivityArgs) -> None:
     tried(subject, args)  # before minutes of work
     files.make_folder("--out", args.out)
     console = Console()
-    stepping.begin(subject.config, args.engine)
+    backend.begin(subject.config, args.engine)
     with evaluate.bars(console) as tell:
         result = sensitivity(subject, args, tell)
     files.write_json(args.out / "sensitivity.json", result)

@@ -10,14 +10,14 @@ import jax.numpy as jnp
 import numpy as np
 from jax.sharding import Mesh
 
-from jaxwalk import scenarios, stepping
 from jaxwalk.common.parallel import collectives, devices
 from jaxwalk.config import Config
 from jaxwalk.ddpg import learner
 from jaxwalk.ddpg.learner import LearnerState
 from jaxwalk.model.engine import Setup
-from jaxwalk.stepper import Task
-from jaxwalk.trials import BINS, Act, Params, Profile, Runner, Trial
+from jaxwalk.task import backend, scenarios
+from jaxwalk.task.stepper import Task
+from jaxwalk.task.trials import BINS, Act, Params, Profile, Runner, Trial
 
 IMPULSES = (60.0, 70.0, 80.0, -60.0, -80.0, -100.0)
 PHASES = 16
@@ -81,7 +81,7 @@ class Exam:
         self.config, self.act = config, act
         rows = [(impulse, phase / PHASES) for impulse in impulses for phase in range(PHASES)]
         calm = CALM
-        if stepping.native_here(Setup.of(config)):
+        if backend.native_here(Setup.of(config)):
             replicas, calm = max(replicas, -(-PUSHED // len(rows))), MORE_CALM
         impulse, phase = np.array(rows * replicas + [(0.0, 0.0)] * calm, np.float32).T
         count = len(impulse)

@@ -10,10 +10,10 @@ import numpy as np
 from jax.sharding import Mesh
 
 from jaxwalk.config import Config
-from jaxwalk.stepper import Task
+from jaxwalk.task.stepper import Task
+from jaxwalk.task.trials import Params, Trial
 from jaxwalk.train import assess, lanes
 from jaxwalk.train.assess import Exam, Marks
-from jaxwalk.trials import Params, Trial
 
 
 class Exams:

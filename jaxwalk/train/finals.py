@@ -13,9 +13,10 @@ import jax
 import jax.numpy as jnp
 from jax.sharding import Mesh
 
-from jaxwalk import policy, scenarios
+from jaxwalk import policy
 from jaxwalk.config import Config
 from jaxwalk.policy import Policy
+from jaxwalk.task import scenarios
 from jaxwalk.train.assess import Exam, Marks
 
 IMPULSES = (40.0, 50.0, 60.0, 70.0, 80.0, -40.0, -50.0, -60.0, -80.0, -100.0)

@@ -20,10 +20,11 @@ from jaxtyping import Array, Bool
 
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
-from jaxwalk.stepper import Task
+from jaxwalk.task.scenarios import Scenario
+from jaxwalk.task.stepper import Task
+from jaxwalk.task.trials import Act, Params, Runner, Trial
 from jaxwalk.train import loop
 from jaxwalk.train.loop import TrainState
-from jaxwalk.trials import Act, Params, Runner, Scenario, Trial
 
 AXIS = "lanes"
 T = TypeVar("T")

@@ -20,7 +20,6 @@ from flax import struct
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 from jaxtyping import Array, Float, Int, Key, PRNGKeyArray
 
-from jaxwalk import footstep, windows
 from jaxwalk.common.parallel import collectives
 from jaxwalk.common.parallel.devices import AXIS
 from jaxwalk.config import Config
@@ -28,7 +27,8 @@ from jaxwalk.control.person import Person
 from jaxwalk.ddpg import learner, noise, replay
 from jaxwalk.ddpg.learner import LearnerState
 from jaxwalk.ddpg.replay import Replay
-from jaxwalk.stepper import Stepper, Task
+from jaxwalk.task import collect, footstep, spawn
+from jaxwalk.task.stepper import Stepper, Task
 
 
 @struct.dataclass
@@ -118,7 +118,7 @@ def _build(config: Config) -> Callable[[Any], TrainState]:
     def build(seed: Any) -> TrainState:
         walkers_key, learner_key, key = jax.random.split(jax.random.key(seed), 3)
         keys = jax.random.split(walkers_key, config.train.walkers)
-        steppers = jax.vmap(partial(windows.spawn, config, task))(keys)
+        steppers = jax.vmap(partial(spawn.walker, config, task))(keys)
         capacity = max(config.ddpg.replay_capacity, config.ddpg.batch_size) // count
         example = jax.tree.map(lambda x: x[0], steppers.last.transition)
         return TrainState(
@@ -158,14 +158,14 @@ def on_device(
     task, share = Task.of(config), config.ddpg.batch_size // rings(config)
     total = float(config.train.footsteps)
 
-    def collect(state: TrainState, key: PRNGKeyArray) -> TrainState:
+    def gather(state: TrainState, key: PRNGKeyArray) -> TrainState:
         mine = _mine(config.train.walkers, devices)
         scales = noise.scale(config.ddpg, state.footsteps / total, config.train.walkers)[mine]
 
         def act(observation: Float[Array, "B O"], keys: Key[Array, " B"]) -> Float[Array, "B 2"]:
             return jax.vmap(noise.perturb)(learner.act(config.ddpg, state.learner, observation), keys, scales)
 
-        steppers, brought = windows.window(config, task, state.steppers, act, _keys(key, mine))
+        steppers, brought = collect.window(config, task, state.steppers, act, _keys(key, mine))
         steps, closed = brought.footsteps, brought.footsteps.closed
         sums = Counts(
             footsteps=jnp.sum(closed, dtype=jnp.float32),
@@ -210,7 +210,7 @@ def on_device(
 
     def turn(state: TrainState, _: None) -> tuple[TrainState, None]:
         key, collect_key, learn_key = jax.random.split(state.key, 3)
-        state = collect(state, collect_key)
+        state = gather(state, collect_key)
         return (learn(state, learn_key) if learns else state).replace(key=key), None
 
     def report(state: TrainState) -> TrainState:

@@ -11,13 +11,14 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from jaxwalk import policy, run_folder, seeds, windows
+from jaxwalk import policy, run_folder, seeds
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
 from jaxwalk.ddpg import learner
 from jaxwalk.progress import Progress
 from jaxwalk.run_folder import RunFolder
+from jaxwalk.task import collect
 from jaxwalk.train import lanes, shortage, spread
 from jaxwalk.train.assess import Assessor, Marks
 from jaxwalk.train.exams import Exams
@@ -38,7 +39,7 @@ def run_many(config: Config, run_dir: Path | None, first: int, count: int, comma
     Raises:
       UserError: as for ``run``; or every seed failed.
     """
-    windows.check(config)
+    collect.check(config)
     every = range(first, first + count)
     parent = seeds.create(run_dir, config, every, command)
     with contextlib.ExitStack() as stack:

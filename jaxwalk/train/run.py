@@ -8,12 +8,13 @@ from pathlib import Path
 
 import jax
 
-from jaxwalk import run_folder, stepping, windows
+from jaxwalk import run_folder
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import collectives, devices
 from jaxwalk.config import Config
 from jaxwalk.progress import Progress
 from jaxwalk.run_folder import RunFolder
+from jaxwalk.task import backend, collect
 from jaxwalk.train import loop, shortage
 from jaxwalk.train.stop import Stop
 from jaxwalk.train.training import Training, Watch
@@ -33,7 +34,7 @@ def run(
     """
 
     def begin() -> RunFolder:
-        windows.check(config)
+        collect.check(config)
         _check_split(config)
         return RunFolder.create(run_dir, config, seed, command)
 
@@ -118,7 +119,7 @@ def _train(
         several = f" of {collectives.count()} processes" if collectives.count() > 1 else ""
         print(
             f"run folder {folder.path}, devices ({jax.devices()[0].platform}): {mesh.size}{several}, "
-            f"stepped by {stepping.stepper_of(config)}",
+            f"stepped by {backend.stepper_of(config)}",
             flush=True,
         )
     with (

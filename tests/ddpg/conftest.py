@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from jaxwalk.config import DDPGConfig
-from jaxwalk.ddpg import Transition, learner
+from jaxwalk.ddpg import learner
+from jaxwalk.task.transition import Transition
 
 OBSERVATION, ACTION = 2, 1
 

@@ -7,7 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk.ddpg import Transition, learner, replay
+from jaxwalk.ddpg import learner, replay
+from jaxwalk.task.transition import Transition
 
 N, UPDATES = 512, 1500
 

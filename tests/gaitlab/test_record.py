@@ -7,12 +7,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from jaxwalk import footstep, rollout, stepper
 from jaxwalk.config import Config
 from jaxwalk.control.person import Person, model_of
 from jaxwalk.gaitlab import record
 from jaxwalk.model import physics, pushes
-from jaxwalk.stepper import Task
+from jaxwalk.task import footstep, rollout, stepper
+from jaxwalk.task.stepper import Task
 
 CONFIG = Config()
 TASK = dataclasses.replace(Task.of(CONFIG), episode_ticks=pushes.NEVER)

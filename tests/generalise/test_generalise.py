@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from jaxwalk import cli, evaluate, trials
+from jaxwalk import cli, evaluate
 from jaxwalk.cli.generalise import KINDS
 from jaxwalk.config import BodyConfig, Config
 from jaxwalk.generalise.circumstances import circumstances
 from jaxwalk.model.burdens import Burden
+from jaxwalk.task import trials
 
 NOTHING = Burden(0.0, 0.20, 0.0, 0.0, 0.9)
 

@@ -7,7 +7,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import footstep, stepper, windows
 from jaxwalk.config import Config
 from jaxwalk.config.presets import PRESETS
 from jaxwalk.control import walker
@@ -16,7 +15,8 @@ from jaxwalk.kernels import emit, fused, pallas
 from jaxwalk.kernels.entries import inputs
 from jaxwalk.kernels.graph import Graph, Unsupported, reach
 from jaxwalk.kernels.unroll import unrolled
-from jaxwalk.stepper import Task
+from jaxwalk.task import collect, footstep, spawn, stepper
+from jaxwalk.task.stepper import Task
 
 WALKERS, WINDOWS = 8, 40
 
@@ -31,11 +31,11 @@ def walked(task):
     """Walkers in all phases of a step, some of them pushed, and their noise."""
 
     def windows_on(key):
-        state = windows.spawn(Config(), task, key)
+        state = spawn.walker(Config(), task, key)
 
         def window(_, state):
             state = stepper.decide(state, footstep.nominal_action(state.walker.person))
-            return windows.run_ticks(task, state, task.setup.window_ticks)
+            return collect.run_ticks(task, state, task.setup.window_ticks)
 
         return jax.lax.fori_loop(0, WINDOWS, window, state)
 
@@ -146,7 +146,7 @@ def test_presets_have_kernels_for_cuda(monkeypatch, preset):
     config = PRESETS[preset]
     task = Task.of(config)
     monkeypatch.setattr(walker, "on_gpu", lambda setup: True)
-    state = jax.eval_shape(partial(windows.spawn, config, task), jax.random.key(0))
+    state = jax.eval_shape(partial(spawn.walker, config, task), jax.random.key(0))
     many = jax.tree.map(lambda x: jax.ShapeDtypeStruct((64, *x.shape), x.dtype), state)
     tick = jax.jit(jax.vmap(lambda s: stepper.tick(task, model_of(task.setup, s.walker.person), s)))
     text = tick.trace(many).lower(lowering_platforms=("cuda",)).as_text()

@@ -13,9 +13,10 @@ import jax
 import numpy as np
 import pytest
 
-from jaxwalk import cli, evaluate, stepping
+from jaxwalk import cli, evaluate
 from jaxwalk.common.parallel import devices
 from jaxwalk.pushmap import run, table
+from jaxwalk.task import backend
 
 OPTIONS = "--impulses -10,10,400 --phases 2 --replicas 2".split()
 
@@ -27,7 +28,7 @@ def short():
     with pytest.MonkeyPatch.context() as patch:
         # Two devices at most: a block for each of many would make one chunk of all 12 trials.
         patch.setattr(devices, "mesh", lambda *_: mesh(2))
-        for one in (devices, stepping):
+        for one in (devices, backend):
             patch.setattr(one, "BLOCK", 2)  # so that few trials make several chunks
         patch.setattr(run, "CALM", 4)
         patch.setattr(run, "CALM_SECONDS", 6.0)
@@ -116,7 +117,7 @@ def test_one_device_or_two_make_the_same_map(whole, tmp_path):
 import sys
 from jaxwalk import cli, devices, evaluate, stepping
 from jaxwalk.pushmap import run
-devices.BLOCK = stepping.BLOCK = {stepping.BLOCK}
+devices.BLOCK = stepping.BLOCK = {backend.BLOCK}
 run.CALM, run.CALM_SECONDS, evaluate.AFTER_PUSH = {run.CALM}, {run.CALM_SECONDS}, {evaluate.AFTER_PUSH}
 sys.exit(cli.main(["push-map", "fixed", "--out", {str(tmp_path)!r}, *{OPTIONS!r}, "--chunk", "12"]))
 """

@@ -33,8 +33,8 @@ CLOCKED = {"seconds", "train/footsteps_per_second"}
 
 def shorten(patch: Callable[[Any, str, Any], None]) -> None:
     """Few and short trials in evaluations; programs that are compiled once for all runs of the process."""
-    from jaxwalk import stepping
     from jaxwalk.common.parallel import devices
+    from jaxwalk.task import backend
     from jaxwalk.train import assess, finals, loop, training
 
     patch(assess, "SECONDS", 1.0)
@@ -43,7 +43,7 @@ def shorten(patch: Callable[[Any, str, Any], None]) -> None:
     patch(assess, "PUSHED", 1)
     patch(assess, "MORE_CALM", 2)
     patch(finals, "REPLICAS", 1)
-    for one in (devices, stepping):
+    for one in (devices, backend):
         patch(one, "BLOCK", 4)  # or every batch is filled up to a whole block for each device
     patch(loop, "make", functools.cache(loop.make))
     patch(training, "Assessor", functools.cache(assess.Assessor))

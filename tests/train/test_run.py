@@ -17,11 +17,12 @@ sys.path.append(str(Path(__file__).parent))
 
 import small
 
-from jaxwalk import policy, run_folder, windows
+from jaxwalk import policy, run_folder
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
 from jaxwalk.config.presets import PRESETS
 from jaxwalk.progress import Progress
+from jaxwalk.task import collect
 from jaxwalk.train import assess, finals, loop, run
 
 SMOKE = PRESETS["smoke"]
@@ -145,8 +146,8 @@ def test_window_longer_than_toe_off_is_refused(tmp_path):
 
 def test_same_seed_same_training_in_one_program(monkeypatch):
     traces = []
-    window = windows.window
-    monkeypatch.setattr(windows, "window", lambda *args: traces.append(1) or window(*args))
+    window = collect.window
+    monkeypatch.setattr(collect, "window", lambda *args: traces.append(1) or window(*args))
     mesh = devices.mesh()
     advance = loop.make.__wrapped__(CONFIG, mesh)  # not one that was traced before
 

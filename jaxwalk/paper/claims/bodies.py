@@ -7,13 +7,14 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
-from jaxwalk import scenarios, subjects
+from jaxwalk import subjects
 from jaxwalk.config import BodyModel
 from jaxwalk.paper import pictures
 from jaxwalk.paper.claim import BODIES, Claim, Numbers
 from jaxwalk.paper.lab import Lab, outlived, speeds_of
 from jaxwalk.paper.verdict import Check, mean_of, share, told, within
 from jaxwalk.statistics import SURVIVED, threshold
+from jaxwalk.task import scenarios
 
 IMPULSES = {
     False: (-100.0, -80.0, -60.0, -40.0, 30.0, 50.0, 70.0, 80.0),

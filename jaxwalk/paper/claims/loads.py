@@ -10,7 +10,6 @@ import jax.numpy as jnp
 import numpy as np
 from matplotlib.figure import Figure
 
-from jaxwalk import scenarios
 from jaxwalk.config import BodyModel
 from jaxwalk.generalise.circumstances import BACKPACK, FRONT_PACK
 from jaxwalk.model.burdens import Burden
@@ -18,6 +17,7 @@ from jaxwalk.paper import pictures
 from jaxwalk.paper.claim import Claim, Numbers
 from jaxwalk.paper.lab import Lab, outlived, speeds_of
 from jaxwalk.paper.verdict import Check, above, mean_of, percent, share, told
+from jaxwalk.task import scenarios
 
 MOST = 0.9
 HEIGHTS = {False: (1.4, 1.55, 1.7, 2.0, 2.15, 2.3), True: (1.4, 2.3)}  # m

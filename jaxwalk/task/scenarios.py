@@ -1,19 +1,47 @@
-"""Scenarios by the batch, on the configured body."""
+"""What trials are: who is pushed, how and when, and batches of it on the configured body."""
 
 from __future__ import annotations
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array
+from flax import struct
+from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from jaxwalk.config import Config
 from jaxwalk.model import pushes
 from jaxwalk.model.burdens import Burden
-from jaxwalk.trials import Scenario
 
 # What keys are for, beside training, whose keys are of purpose 0.
 ASSESS, CALM, PUSHED, TUNE, FINALS = 1, 2, 3, 4, 5
+
+
+@struct.dataclass
+class Scenario:
+    """What one trial is.
+
+    Attributes:
+      height, mass: of the walker, m, kg.
+      noise: scale of its sensors' noise.
+      impulse: N s, forward positive; 0 for none.
+      push_ticks: how long it lasts.
+      push_height: above the torso's centre, m.
+      push_place: segment pushed, as in `pushes.Push`.
+      phase: of the step at which it begins, 0..1.
+      key: of the start and the noise.
+      burden: what it bears that its controllers do not know of; None for nothing.
+    """
+
+    height: Float[Array, ""]
+    mass: Float[Array, ""]
+    noise: Float[Array, ""]
+    impulse: Float[Array, ""]
+    push_ticks: Int[Array, ""]
+    push_height: Float[Array, ""]
+    push_place: Int[Array, ""]
+    phase: Float[Array, ""]
+    key: PRNGKeyArray
+    burden: Burden | None = None
 
 
 def batch(

@@ -17,17 +17,17 @@ import jax.numpy as jnp
 import numpy as np
 from flax import struct
 from jax.sharding import Mesh
-from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
+from jaxtyping import Array, Bool, Float, Int
 
-from jaxwalk import stepper, stepping, sway
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import GaitConfig
 from jaxwalk.control import walker
 from jaxwalk.control.person import model_of
 from jaxwalk.model import pushes
-from jaxwalk.model.burdens import Burden
-from jaxwalk.stepper import Stepper, Task
-from jaxwalk.sway import Sway
+from jaxwalk.task import backend, stepper, sway
+from jaxwalk.task.scenarios import Scenario
+from jaxwalk.task.stepper import Stepper, Task
+from jaxwalk.task.sway import Sway
 
 BINS, BIN_SECONDS = 64, 0.0125  # of the time since touch-down, for the speed's profile
 SETTLE_SECONDS = 3.0  # statistics begin after this
@@ -37,34 +37,6 @@ OFF_SECONDS = 0.05
 
 Params = Any  # whatever ``act`` wants
 Act = Callable[[Params, Float[Array, "O"]], Float[Array, "2"]]
-
-
-@struct.dataclass
-class Scenario:
-    """What one trial is.
-
-    Attributes:
-      height, mass: of the walker, m, kg.
-      noise: scale of its sensors' noise.
-      impulse: N s, forward positive; 0 for none.
-      push_ticks: how long it lasts.
-      push_height: above the torso's centre, m.
-      push_place: segment pushed, as in `pushes.Push`.
-      phase: of the step at which it begins, 0..1.
-      key: of the start and the noise.
-      burden: what it bears that its controllers do not know of; None for nothing.
-    """
-
-    height: Float[Array, ""]
-    mass: Float[Array, ""]
-    noise: Float[Array, ""]
-    impulse: Float[Array, ""]
-    push_ticks: Int[Array, ""]
-    push_height: Float[Array, ""]
-    push_place: Int[Array, ""]
-    phase: Float[Array, ""]
-    key: PRNGKeyArray
-    burden: Burden | None = None
 
 
 @struct.dataclass
@@ -266,7 +238,7 @@ def advance(
                 0, count, lambda i, t: _tick(task, profile, model, t, white[i]), trial
             ), None
 
-        return stepping.scan(task.setup, _alone, task, count, trial, profile, otherwise=by_xla)[0]
+        return backend.scan(task.setup, _alone, task, count, trial, profile, otherwise=by_xla)[0]
 
     return jax.lax.fori_loop(0, windows, window, trial)
 
@@ -299,7 +271,7 @@ class Runner:
         mesh = devices.mesh() if mesh is None else mesh
         # A trial ends by falling or when it is over, never by an episode's time limit.
         self.task = task = dataclasses.replace(task, episode_ticks=pushes.NEVER)
-        block = stepping.block(task.setup)
+        block = backend.block(task.setup)
         whole = mesh.size * block
         self.batch = -(-batch // whole) * whole
         self._window_seconds = task.setup.timestep * task.setup.window_ticks

@@ -1,7 +1,7 @@
 """Footstep rules without learning, to judge a learned policy against.
 
 Each rule is a frozen dataclass of constants and a pure function from the raw observation (scaled to
-the reference body, see `jaxwalk.footstep.observe`) to the commanded (length m, early swing s) of the
+the reference body, see `jaxwalk.task.footstep.observe`) to the commanded (length m, early swing s) of the
 reference body. Their constants were found on the training physics by ``scripts/tune_baselines.py``,
 by the score that settles between a run's best policies.
 """
@@ -15,9 +15,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxwalk import footstep
-from jaxwalk.config import GRAVITY, REFERENCE_HEIGHT, REFERENCE_MASS, GaitConfig, Observable
+from jaxwalk.config import GRAVITY, REFERENCE_HEIGHT, REFERENCE_MASS, Config, GaitConfig, Observable
 from jaxwalk.control.person import Person
+from jaxwalk.task import footstep
 
 Number = float | Float[Array, ""]  # a constant, or the traced one that is being tuned
 
@@ -154,3 +154,16 @@ def act(params: tuple[Rule, Person], observation: Float[Array, "O"]) -> Float[Ar
     """
     rule, who = params
     return jnp.clip(footstep.to_action(who, rule.command(observation)), -1.0, 1.0)
+
+
+def never_adapted(action: Float[Array, "2"], observation: Float[Array, "O"]) -> Float[Array, "2"]:
+    """The same ``action`` for every observation."""
+    return action
+
+
+def nominal(config: Config) -> Float[Array, "2"]:
+    """The nominal step of the configured body, as an action."""
+    body = config.body
+    return jax.jit(lambda h, m: footstep.nominal_action(Person.of(config.gait, h, m)))(
+        jnp.float32(body.height), jnp.float32(body.mass)
+    )

@@ -9,16 +9,16 @@ import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
-from jaxwalk import footstep
 from jaxwalk.config import Config, Engine, GaitConfig, RewardConfig
 from jaxwalk.control import walker
 from jaxwalk.control.person import Person, model_of
 from jaxwalk.control.walker import Walker
-from jaxwalk.ddpg.types import Transition
 from jaxwalk.kernels import fused as kernels
 from jaxwalk.model import engine
 from jaxwalk.model.burdens import Burden
 from jaxwalk.model.engine import Setup
+from jaxwalk.task import footstep
+from jaxwalk.task.transition import Transition
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ import numpy as np
 from flax import struct
 from jaxtyping import Array, Float
 
-from jaxwalk import stepper
 from jaxwalk.control.walker import Walker
 from jaxwalk.model.mjcf import walls
+from jaxwalk.task import stepper
 
 
 @struct.dataclass

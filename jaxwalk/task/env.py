@@ -2,7 +2,7 @@
 
 Importing this module registers it: ``brax.envs.get_environment("jaxwalk_footstep")``. A step
 runs until the touch-down, so a batch waits for its slowest walker; the trainer's windows
-(`jaxwalk.windows`) do not, and bring the same transitions.
+(`jaxwalk.task.collect`) do not, and bring the same transitions.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from brax import envs
 from brax.envs.base import Env, State
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from jaxwalk import footstep, stepper, stepping, windows
 from jaxwalk.config import Config, validate
 from jaxwalk.control.person import model_of
-from jaxwalk.stepper import Stepper, Task
+from jaxwalk.task import backend, footstep, spawn, stepper
+from jaxwalk.task.stepper import Stepper, Task
 
 NAME = "jaxwalk_footstep"
 TICKS = 25  # that native code goes on before it is asked whether a walker has landed
@@ -71,7 +71,7 @@ class FootstepEnv(Env):
         key = rng if jnp.issubdtype(rng.dtype, jax.dtypes.prng_key) else jax.random.wrap_key_data(rng)
         spawn_key, key = jax.random.split(key)
         # One type for each leaf from reset to the last step, or programs would be traced twice.
-        fresh = jax.tree.map(_strong, windows.spawn(self.config, self._task, spawn_key))
+        fresh = jax.tree.map(_strong, spawn.walker(self.config, self._task, spawn_key))
         zero = jnp.zeros(())
         return State(
             pipeline_state=fresh,
@@ -119,7 +119,7 @@ class FootstepEnv(Env):
         body = state.walker
         begins = body.tick == 0
         over = body.tick >= body.push.start + body.push.ticks
-        push = stepper.select(begins | over, windows.draw_push(self.config, state, push_key), body.push)
+        push = stepper.select(begins | over, spawn.push(self.config, state, push_key), body.push)
         noise_key = stepper.select(begins, noise_key, body.key)
         return state.replace(walker=body.replace(push=push, key=noise_key))
 
@@ -132,7 +132,7 @@ class FootstepEnv(Env):
             def by_xla() -> tuple[Stepper, None]:
                 return stepper.tick(task, model_of(task.setup, state.walker.person), state), None
 
-            return stepping.scan(task.setup, _on, task, TICKS, state, otherwise=by_xla)[0]
+            return backend.scan(task.setup, _on, task, TICKS, state, otherwise=by_xla)[0]
 
         return jax.lax.while_loop(_goes_on, on, state)
 

@@ -9,10 +9,10 @@ from typing import Any
 import jax
 from mujoco import mjx
 
-from jaxwalk import stepper, stepping
 from jaxwalk.control.person import model_of
-from jaxwalk.stepper import Stepper, Task
-from jaxwalk.trials import Act
+from jaxwalk.task import backend, stepper
+from jaxwalk.task.stepper import Stepper, Task
+from jaxwalk.task.trials import Act
 
 Tick = Callable[[Task, mjx.Model, Stepper], tuple[Stepper, Any]]
 """A walker one tick further, and a pytree of arrays: what is written down of that tick. Of a module's level,
@@ -50,7 +50,7 @@ def segment(
             model = model_of(task.setup, state.walker.person)
             return jax.lax.scan(lambda one, _: tick(task, model, one), state, length=ticks)
 
-        return stepping.scan(task.setup, _alone, (tick, task), ticks, state, otherwise=by_xla)
+        return backend.scan(task.setup, _alone, (tick, task), ticks, state, otherwise=by_xla)
 
     state, rows = jax.lax.scan(window, state, length=windows)
     return state, jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), rows)

@@ -1,0 +1,90 @@
+"""Windowed collection: many steppers advance together, a fixed number of ticks at a time.
+
+Walkers touch down at different ticks; waiting for the slowest would waste the others.
+So ticks run in windows, and the policy is asked once for all at each window's start; a
+touch-down inside a window is answered at its end, before early swing needs the answer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+from flax import struct
+from jaxtyping import Array, Bool, Float, Key
+
+from jaxwalk.common.errors import UserError
+from jaxwalk.config import REFERENCE_HEIGHT, Config, GaitConfig
+from jaxwalk.control import walker
+from jaxwalk.control.person import model_of
+from jaxwalk.task import backend, spawn, stepper
+from jaxwalk.task.stepper import Footsteps, Stepper, Task
+
+Act = Callable[[Float[Array, "B O"], Key[Array, " B"]], Float[Array, "B 2"]]
+
+
+@struct.dataclass
+class Window:
+    """What one window brought, for each of B walkers.
+
+    Attributes:
+      footsteps: [B] those that closed.
+      fell, truncated, broken: [B] episodes that ended, and how.
+    """
+
+    footsteps: Footsteps
+    fell: Bool[Array, "B"]
+    truncated: Bool[Array, "B"]
+    broken: Bool[Array, "B"]
+
+
+def shortest_toe_off(numbers: GaitConfig, height: float) -> float:
+    """s, for a body of ``height`` times the reference body's."""
+    return numbers.toe_off_duration_min * height**0.5
+
+
+def check(config: Config) -> None:
+    """Refuse a window that could miss a touch-down or answer one too late.
+
+    Raises:
+      UserError: the window is longer than the shortest walker's toe-off.
+    """
+    shortest = min(1.0, config.body.height * (1 - config.train.height_spread) / REFERENCE_HEIGHT)
+    toe_off = shortest_toe_off(config.gait, shortest)
+    seconds = config.train.window_ticks * config.physics.timestep
+    if seconds > toe_off:
+        raise UserError(
+            f"train.window_ticks {config.train.window_ticks} last {seconds:.3f} s, "
+            f"longer than the shortest toe-off, {toe_off:.3f} s: "
+            f"give at most {int(toe_off / config.physics.timestep)}"
+        )
+
+
+def run_ticks(task: Task, state: Stepper, ticks: int) -> Stepper:
+    """One walker, ``ticks`` physics steps; its last closed footstep is in ``last``."""
+    state = state.replace(last=state.last.replace(closed=jnp.bool_(False)))
+
+    def by_xla() -> tuple[Stepper, None]:
+        model, white = model_of(task.setup, state.walker.person), walker.noise(state.walker, ticks)
+        return jax.lax.fori_loop(0, ticks, lambda i, s: stepper.tick(task, model, s, white[i]), state), None
+
+    return backend.scan(task.setup, stepper.alone, task, ticks, state, otherwise=by_xla)[0]
+
+
+def window(
+    config: Config, task: Task, states: Stepper, act: Act, keys: Key[Array, " B"]
+) -> tuple[Stepper, Window]:
+    """All B walkers: decide, run the window's ticks, renew those that are done.
+
+    Args:
+      states: Stepper with leading axis B.
+      act: from [B, O] observations and [B] keys to [B, 2] actions in [-1, 1].
+      keys: [B], each walker's own: what is drawn for one does not depend on how many others there are.
+    """
+    act_keys, renew_keys = jnp.unstack(jax.vmap(jax.random.split)(keys), axis=1)
+    actions = act(states.observation, act_keys)
+    states = jax.vmap(stepper.decide)(states, actions)
+    states = backend.each(task.setup, lambda s: run_ticks(task, s, config.train.window_ticks), states)
+    brought = Window(states.last, states.terminated, states.truncated, states.broken)
+    return spawn.renew(config, task, states, renew_keys), brought
