@@ -15,12 +15,12 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from jaxwalk import results, subjects
 from jaxwalk.common import files
 from jaxwalk.config import BodyConfig, RewardConfig
+from jaxwalk.learn.policies import named, provenance
+from jaxwalk.learn.policies.named import Subject
 from jaxwalk.model.burdens import Burden
 from jaxwalk.statistics import each_phase, threshold, worst_phase
-from jaxwalk.subjects import Subject
 from jaxwalk.task import backend, scenarios, sway
 from jaxwalk.task.scenarios import Scenario
 from jaxwalk.task.stepper import Task
@@ -144,7 +144,7 @@ def evaluate(
             what: asdict(sway.told(trial.tally.sway, trial.tally.seconds, subject.config.body.height))
             for what, trial in zip(("walking", "pushes"), trials, strict=False)
         }
-    return result | results.stamp("evaluate", args, subject, subject.config)
+    return result | provenance.stamp("evaluate", args, subject, subject.config)
 
 
 def _walking(trials: Trial) -> Walking:
@@ -231,7 +231,7 @@ def bars(console: Console) -> Iterator[Tell]:
 
 def main(args: EvaluateArgs) -> None:
     """The command."""
-    subject = subjects.load(
+    subject = named.load(
         args.policy,
         speed=args.speed,
         height=args.height,

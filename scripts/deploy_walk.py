@@ -14,11 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from jaxwalk import deploy, evaluate, subjects
+from jaxwalk import deploy, evaluate
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.common import files, runtime
 from jaxwalk.config import Config
 from jaxwalk.export import c_runtime, closed_loop, command
+from jaxwalk.learn.policies import named
 
 
 def walked(config: Config, controller: Any, args: argparse.Namespace) -> dict[str, Any]:
@@ -47,7 +48,7 @@ def in_jax(args: argparse.Namespace) -> dict[str, Any]:
         policy=args.policy, walkers=args.walkers, seconds=args.seconds, impulses=tuple(args.impulses),
         phases=args.phases, replicas=args.replicas, engine="mujoco",
     )  # fmt: skip
-    found = evaluate.evaluate(subjects.load(args.policy), asked)
+    found = evaluate.evaluate(named.load(args.policy), asked)
     survived = zip(args.impulses, found["pushes"]["survival"], strict=True)
     return {
         "never_fell": found["walking"]["survival"],
@@ -69,7 +70,7 @@ def main() -> None:
     args = parser.parse_args()
     runtime.setup()
     trained, told = command.load(args.policy)
-    config = subjects.configured(subjects.file(args.policy), trained)
+    config = named.configured(named.file(args.policy), trained)
     rows = {}
     with tempfile.TemporaryDirectory() as folder:
         written = command.write(trained, told, ("npz", "c"), Path(folder))

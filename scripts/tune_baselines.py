@@ -24,11 +24,11 @@ import tyro
 from jaxwalk.common import files, runtime
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
+from jaxwalk.learn.train import evaluation, finals
+from jaxwalk.learn.train.evaluation import Exam, Marks
 from jaxwalk.task import rules, scenarios
 from jaxwalk.task.rules import CapturePoint, Constant, Raibert, Rule
 from jaxwalk.task.trials import Trial
-from jaxwalk.train import assess, finals
-from jaxwalk.train.assess import Exam, Marks
 
 # What is searched, and within which bounds.
 STEP = {"length": (0.5, 0.8), "duration": (0.05, 0.14)}
@@ -117,7 +117,7 @@ def _axis(field: str, value: float) -> float:
 
 
 def main(args: Args) -> None:
-    assess.PHASES = args.phases
+    evaluation.PHASES = args.phases
     config = dataclasses.replace(Config(), observation=rules.OBSERVATION)
     exam = Exam(config, rules.act, devices.mesh(), args.seed, scenarios.TUNE, finals.IMPULSES)
     before = json.loads(args.out.read_text()) if args.out.exists() else {}

@@ -9,9 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import subjects
 from jaxwalk.cli import checks
 from jaxwalk.config import GRAVITY, GaitConfig
+from jaxwalk.learn.policies import named
 from jaxwalk.task import footstep, rules
 from jaxwalk.task.rules import CapturePoint, Constant, Raibert
 
@@ -83,7 +83,7 @@ def test_a_capture_point_far_behind_the_foot_asks_for_nothing_that_is_not_finite
 
 @pytest.mark.parametrize("name", rules.RULES)
 def test_actions_stand_for_the_commands_within_their_bounds(name):
-    subject = subjects.load(name)
+    subject = named.load(name)
     assert subject.config.observation == rules.OBSERVATION
     who = rules.reference(GaitConfig())
     low, high = footstep.bounds(who)
@@ -95,5 +95,5 @@ def test_actions_stand_for_the_commands_within_their_bounds(name):
 
 def test_every_rule_has_a_name_on_the_command_line_and_no_two_act_alike():
     assert set(rules.RULES) < set(checks.BUILT_IN)
-    digests = {subjects.load(name).digest for name in checks.BUILT_IN}
+    digests = {named.load(name).digest for name in checks.BUILT_IN}
     assert len(digests) == len(checks.BUILT_IN)

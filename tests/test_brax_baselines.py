@@ -13,18 +13,21 @@ from brax.training.acme import running_statistics
 from brax.training.agents.ppo import networks as ppo_networks
 from brax.training.agents.sac import networks as sac_networks
 
-from jaxwalk import brax_baselines, cli, policy, run_folder, subjects
-from jaxwalk.cli.train_baseline import PPO, SAC, PPOArgs, SACArgs
+from jaxwalk import cli
 from jaxwalk.config import Config, DDPGConfig
+from jaxwalk.learn.brax import baselines
+from jaxwalk.learn.brax.options import PPO, SAC, PPOArgs, SACArgs
+from jaxwalk.learn.policies import named, policy
+from jaxwalk.learn.runs import run_folder
+from jaxwalk.learn.train import evaluation
 from jaxwalk.task import rules
-from jaxwalk.train import assess
 
 CONFIG = Config(ddpg=DDPGConfig(hidden=(16, 8)))
 SIZE = len(CONFIG.observation)
 ORIGIN = dict(seed=3, command="jaxwalk train-baseline", footsteps=7, score=0.5)
 KINDS = {
-    "ppo": (brax_baselines._ppo_networks, ppo_networks.make_inference_fn),
-    "sac": (brax_baselines._sac_networks, sac_networks.make_inference_fn),
+    "ppo": (baselines._ppo_networks, ppo_networks.make_inference_fn),
+    "sac": (baselines._sac_networks, sac_networks.make_inference_fn),
 }
 
 
@@ -51,9 +54,9 @@ def test_a_converted_policy_acts_as_brax_s_own(made, tmp_path):
     params = (seen, shaken(networks.policy_network.init(jax.random.key(2))))
     observations = 5.0 * jax.random.normal(jax.random.key(3), (100, SIZE))
     theirs, _ = make_policy(params, deterministic=True)(observations, jax.random.key(0))
-    ours = brax_baselines.convert(CONFIG, params, **ORIGIN)
+    ours = baselines.convert(CONFIG, params, **ORIGIN)
     policy.save(ours, tmp_path / "policy.safetensors")
-    subject = subjects.load(str(tmp_path / "policy.safetensors"))
+    subject = named.load(str(tmp_path / "policy.safetensors"))
     assert np.abs(theirs).max() > 0.5, "no action is far from 0"
     np.testing.assert_allclose(policy.act(ours, observations), theirs, atol=1e-6)
     np.testing.assert_allclose(subject.act(subject.params, observations), theirs, atol=1e-6)
@@ -72,7 +75,7 @@ def test_the_first_policy_is_near_the_nominal_step_with_the_spread_asked_for(mad
 
 def test_nothing_stays_changed_even_after_an_error():
     evaluator, had = acting.Evaluator, hasattr(jax, "device_put_replicated")
-    with pytest.raises(ZeroDivisionError), brax_baselines.trainable():
+    with pytest.raises(ZeroDivisionError), baselines.trainable():
         assert acting.Evaluator is not evaluator
         copies = jax.device_put_replicated({"a": 3.0, "b": jnp.arange(2)}, jax.local_devices())
         raise ZeroDivisionError
@@ -117,9 +120,9 @@ def test_help(capsys):
 @pytest.mark.slow
 @pytest.mark.parametrize("algorithm", ["ppo", "sac"])
 def test_a_whole_run(algorithm, tmp_path, monkeypatch):
-    monkeypatch.setattr(assess, "SECONDS", 2.0)
-    monkeypatch.setattr(assess, "PHASES", 1)
-    monkeypatch.setattr(assess, "CALM", 2)
+    monkeypatch.setattr(evaluation, "SECONDS", 2.0)
+    monkeypatch.setattr(evaluation, "PHASES", 1)
+    monkeypatch.setattr(evaluation, "CALM", 2)
     walkers = 4 * jax.local_device_count()
     common: dict[str, Any] = dict(run_dir=tmp_path / "run", seed=1, footsteps=4 * walkers, evaluations=2)
     if algorithm == "ppo":
@@ -129,7 +132,7 @@ def test_a_whole_run(algorithm, tmp_path, monkeypatch):
         )
     else:
         args = SACArgs(settings=SAC(walkers=walkers, warmup=walkers, batch_size=8), **common)
-    folder = brax_baselines.train(CONFIG, args, "jaxwalk train-baseline")
+    folder = baselines.train(CONFIG, args, "jaxwalk train-baseline")
 
     summary = run_folder.read_summary(folder)
     rows = run_folder.read_metrics(folder)
@@ -147,4 +150,4 @@ def test_a_whole_run(algorithm, tmp_path, monkeypatch):
         bool((a != b).any())
         for a, b in zip(jax.tree.leaves(first.actor), jax.tree.leaves(last.actor), strict=True)
     ), "nothing was learned"
-    subjects.load(str(folder))
+    named.load(str(folder))

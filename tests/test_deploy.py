@@ -11,21 +11,22 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import deploy, policy, subjects
+from jaxwalk import deploy
 from jaxwalk.common import resources
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Observable
 from jaxwalk.control import controllers, walker
 from jaxwalk.control.person import skeleton
-from jaxwalk.ddpg import networks
 from jaxwalk.export import c, c_runtime, closed_loop, manifest, tensors
 from jaxwalk.export.closed_loop import Shove
+from jaxwalk.learn.ddpg import networks
+from jaxwalk.learn.policies import named, policy
 from jaxwalk.model.physics import Readings
 from jaxwalk.task import footstep, stepper
 from jaxwalk.task.stepper import Task
 
 TRAINED = policy.load(resources.model_path("shipped.safetensors"))
-SUBJECT = subjects.load("shipped")
+SUBJECT = named.load("shipped")
 # The accelerometer of `sensors` is made of the velocity: one without noise, so that it can be told.
 QUIET = dataclasses.replace(
     SUBJECT.config,

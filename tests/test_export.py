@@ -9,12 +9,13 @@ import jax
 import numpy as np
 import pytest
 
-from jaxwalk import cli, deploy, policy
+from jaxwalk import cli, deploy
 from jaxwalk.common import resources
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import GaitConfig
 from jaxwalk.deploy.file import MANIFEST
 from jaxwalk.export import command, manifest, selftest, stablehlo
+from jaxwalk.learn.policies import policy
 
 FORMATS = ("safetensors", "npz", "onnx", "stablehlo", "c")
 

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 import safetensors.numpy
 
-from jaxwalk import policy
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, DDPGConfig, to_dict
-from jaxwalk.ddpg import learner
+from jaxwalk.learn.ddpg import learner
+from jaxwalk.learn.policies import policy
 
 CONFIG = Config(ddpg=DDPGConfig(hidden=(8, 6)), observation=("speed", "pitch", "zmp", "step_length"))
 _init = jax.jit(learner.init, static_argnums=(0, 2, 3))

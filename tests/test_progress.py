@@ -4,9 +4,8 @@ import itertools
 
 import pytest
 
-from jaxwalk import progress
-from jaxwalk.common import figures as plots
-from jaxwalk.progress import Progress
+from jaxwalk.learn.runs import picture, progress
+from jaxwalk.learn.runs.progress import Progress
 
 ROW = {
     "train/footsteps_per_second": 512.4,
@@ -69,13 +68,13 @@ def test_curves_are_drawn_from_whatever_rows_there_are(tmp_path, rows):
     from matplotlib.image import imread
 
     path = tmp_path / "training.png"
-    plots.training_png(rows, path)
+    picture.training_png(rows, path)
     height, width = imread(path).shape[:2]
     assert height > 500 and width > 1000
 
 
 def test_a_metric_leaves_its_mark_on_the_picture(tmp_path):
     rows = [{"footsteps": 1, "eval/survival": 0.2}, {"footsteps": 2, "eval/survival": 0.9}]
-    plots.training_png([], tmp_path / "empty.png")
-    plots.training_png(rows, tmp_path / "full.png")
+    picture.training_png([], tmp_path / "empty.png")
+    picture.training_png(rows, tmp_path / "full.png")
     assert (tmp_path / "empty.png").read_bytes() != (tmp_path / "full.png").read_bytes()

@@ -10,19 +10,20 @@ import mujoco
 import numpy as np
 import pytest
 
-from jaxwalk import recording, render, stage
-from jaxwalk.cli.render import RenderArgs
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config
-from jaxwalk.recording import Walk
-from jaxwalk.stage import Stage
+from jaxwalk.show import recording, scene
+from jaxwalk.show.recording import Walk
+from jaxwalk.show.render import command
+from jaxwalk.show.render.options import RenderArgs
+from jaxwalk.show.scene import Stage
 
 STANDING = np.array([0.0, 0.952, 0.05, 0.35, 0.0, -0.3, -0.25, 0.0, 0.3])
 
 
 @pytest.fixture(scope="module")
 def model():
-    return stage.model(Config())
+    return scene.model(Config())
 
 
 @pytest.fixture(scope="module")
@@ -54,9 +55,9 @@ def _reds(picture):
 
 
 def test_poses_are_evenly_spaced_and_one_shows_the_push():
-    np.testing.assert_allclose(render.pose_times(8.0, 5, None), [0, 2, 4, 6, 8])
+    np.testing.assert_allclose(command.pose_times(8.0, 5, None), [0, 2, 4, 6, 8])
     for middle in (0.0, 0.3, 3.05, 7.9, 8.0):
-        times = render.pose_times(8.0, 7, middle)
+        times = command.pose_times(8.0, 7, middle)
         assert times[0] >= 0 and times[-1] <= 8.0 and np.abs(times - middle).min() < 1e-9
         np.testing.assert_allclose(np.diff(times), times[1] - times[0], atol=1e-9)
 
@@ -67,18 +68,18 @@ def test_the_camera_follows_without_lag(walk):
 
 def test_strip(walk, stage_of, tmp_path):
     out = tmp_path / "walk.png"
-    render._write_strip(out, walk, stage_of, _args(out))
+    command._write_strip(out, walk, stage_of, _args(out))
     picture = imageio.imread(out)
     assert picture.shape == (120, 320, 3) and picture.std() > 20
     plain = replace(walk, push=None)
-    render._write_strip(out, plain, stage_of, _args(out, push=0.0))
+    command._write_strip(out, plain, stage_of, _args(out, push=0.0))
     assert _reds(picture) > 50 > 5 > _reds(imageio.imread(out)), "no push to be seen, or one that was none"
 
 
 @pytest.mark.parametrize("name", ["walk.mp4", "walk.gif"])
 def test_film(walk, stage_of, tmp_path, name):
     out = tmp_path / name
-    render._write_film(out, walk, stage_of, _args(out))
+    command._write_film(out, walk, stage_of, _args(out))
     frames = np.stack(imageio.mimread(out))[..., :3]
     assert frames.shape == (13, 120, 320, 3) and frames.std(axis=(1, 2, 3)).min() > 20
     assert _reds(frames[6]) > 50 > _reds(frames[2]), "the arrow is drawn while it acts"
@@ -100,7 +101,7 @@ def test_the_limp_body_weighs_what_the_walker_does(model):
 def test_the_command_draws_a_real_walk(stage_of, tmp_path, capsys):
     out = tmp_path / "walk.png"
     out.write_bytes(b"old")
-    render.main(_args(out, seconds=1.0, push=0.0))
+    command.main(_args(out, seconds=1.0, push=0.0))
     assert imageio.imread(out).shape == (120, 320, 3)
     assert [path.name for path in tmp_path.iterdir()] == [out.name], "temporary files are left"
     assert "1.0 s" in capsys.readouterr().out
@@ -108,15 +109,15 @@ def test_the_command_draws_a_real_walk(stage_of, tmp_path, capsys):
 
 def test_no_opengl_is_one_line_that_says_what_to_install(monkeypatch):
     monkeypatch.delenv("MUJOCO_GL", raising=False)
-    monkeypatch.setattr(stage.sys, "platform", "linux")
+    monkeypatch.setattr(scene.sys, "platform", "linux")
     monkeypatch.setattr(subprocess, "run", lambda *a, **k: subprocess.CompletedProcess(a, 1))
     with pytest.raises(UserError, match=r"install libegl1 or libosmesa6") as caught:
-        stage.choose_backend()
+        scene.choose_backend()
     assert "\n" not in str(caught.value)
 
 
 def test_a_folder_that_is_gone_is_one_line(monkeypatch, walk, tmp_path):
-    monkeypatch.setattr(stage, "choose_backend", lambda: None)
+    monkeypatch.setattr(scene, "choose_backend", lambda: None)
     monkeypatch.setattr(recording, "record", lambda *_: walk)
     with pytest.raises(UserError, match=r"cannot write .*absent"):
-        render.main(_args(tmp_path / "absent" / "walk.png"))
+        command.main(_args(tmp_path / "absent" / "walk.png"))

@@ -6,13 +6,13 @@ import json
 
 import pytest
 
-from jaxwalk import results, subjects
 from jaxwalk.config import to_dict
+from jaxwalk.learn.policies import named, provenance
 
 
 @pytest.fixture(scope="module")
 def shipped():
-    return subjects.load("shipped")
+    return named.load("shipped")
 
 
 @pytest.fixture
@@ -21,17 +21,17 @@ def told(shipped):
 
 
 def test_results_are_of_the_policy_and_configuration_that_they_name(shipped, told):
-    assert results.is_of(told, shipped)
-    assert not results.is_of(told | {"policy_digest": "another"}, shipped)
+    assert provenance.is_of(told, shipped)
+    assert not provenance.is_of(told | {"policy_digest": "another"}, shipped)
     told["config"]["body"]["height"] += 0.1
-    assert not results.is_of(told, shipped)
+    assert not provenance.is_of(told, shipped)
 
 
 def test_a_field_that_is_younger_than_the_results_had_its_default(shipped, told):
     del told["config"]["train"]["checkpoint_seconds"]
-    assert results.is_of(told, shipped)
+    assert provenance.is_of(told, shipped)
 
 
 @pytest.mark.parametrize("config", [None, [], "x", {"body": {"heigth": 1.8}}])
 def test_a_damaged_configuration_is_of_nobody(shipped, told, config):
-    assert not results.is_of(told | {"config": config}, shipped)
+    assert not provenance.is_of(told | {"config": config}, shipped)

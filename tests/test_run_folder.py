@@ -7,11 +7,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import run_folder
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, DDPGConfig
-from jaxwalk.run_folder import RunFolder
+from jaxwalk.learn.runs import run_folder
+from jaxwalk.learn.runs.run_folder import RunFolder
 
 CONFIG = Config(ddpg=DDPGConfig(gamma=0.5))
 

@@ -9,7 +9,7 @@ import pytest
 
 from jaxwalk.config import BodyConfig, Config, PhysicsConfig
 from jaxwalk.model import anthropometry, c_mujoco, mjcf, physics
-from jaxwalk.watch import figure
+from jaxwalk.show.replay_page import figure
 
 CONFIG = Config(body=BodyConfig(model="walls"))
 GAP = 0.01  # m, at 1.8 m

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any, get_args
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import evaluate, results, subjects
+from jaxwalk import evaluate
 from jaxwalk.agreement import compare, picture
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.common import files
 from jaxwalk.config import Engine
 from jaxwalk.evaluate import Tell
-from jaxwalk.subjects import Subject
+from jaxwalk.learn.policies import named, provenance
+from jaxwalk.learn.policies.named import Subject
 from jaxwalk.task import backend
 
 if TYPE_CHECKING:
@@ -42,13 +43,13 @@ def agreement(subject: Subject, args: AgreementArgs, tell: Tell = lambda what, s
     return {
         "engines": engines,
         **compare.compare(first, second, args.walkers, args.replicas),
-        **results.stamp("agreement", args, subject, subject.config),
+        **provenance.stamp("agreement", args, subject, subject.config),
     }
 
 
 def main(args: AgreementArgs) -> None:
     """The command."""
-    subject = subjects.load(args.policy, height=args.height, mass=args.mass)
+    subject = named.load(args.policy, height=args.height, mass=args.mass)
     files.make_folder("--out", args.out)
     console = Console()
     backend.begin(subject.config)

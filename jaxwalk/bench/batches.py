@@ -21,11 +21,11 @@ from jaxwalk.bench.stages import OF_WALKER, PLANT, WINDOWS
 from jaxwalk.common import runtime
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
-from jaxwalk.ddpg.replay import Replay
+from jaxwalk.learn.ddpg.replay_buffer import Replay
+from jaxwalk.learn.train import device_loop
+from jaxwalk.learn.train.device_loop import TrainState
 from jaxwalk.model import pushes
 from jaxwalk.task.stepper import Stepper, Task
-from jaxwalk.train import loop
-from jaxwalk.train.loop import TrainState
 
 SHORT = (BARE, BY_XLA, PLANT, TICK, LOOP)  # of a table of batches without all stages
 PRODUCT, COPY = "product", "copy"
@@ -68,8 +68,8 @@ class Herd:
 
     def __init__(self, config: Config, mesh: Mesh, seed: int, builder: Builder) -> None:
         self.config, self.mesh, self.count = config, mesh, config.train.walkers
-        state = loop.init(config, mesh, seed)
-        self.loop = builder.build(LOOP, loop.make(config, mesh), state)
+        state = device_loop.init(config, mesh, seed)
+        self.loop = builder.build(LOOP, device_loop.make(config, mesh), state)
         while float(state.learner.updates) == 0:
             state = self.loop[0](state)
         self.state: TrainState = state
@@ -80,7 +80,7 @@ class Herd:
     def of(self, walkers: int) -> TrainState:
         """Training in a batch of so many, nothing of it shared with another."""
         state = jax.tree.map(jnp.copy, self.state.replace(steppers=None, replay=None))
-        rings = loop.rings(of_size(self.config, walkers))
+        rings = device_loop.rings(of_size(self.config, walkers))
         return state.replace(
             steppers=split(self._again(self.state.steppers, walkers), self.mesh),
             replay=split(dealt(self.state.replay, rings), self.mesh),
@@ -127,7 +127,7 @@ def measure(
       tell: called with what is under way.
     """
     first, builder = of_size(config, sizes[0]), Builder(tell)
-    mesh = devices.mesh(loop.rings(first))
+    mesh = devices.mesh(device_loop.rings(first))
     herd = Herd(first, mesh, seed, builder)
     ticks = first.train.windows_per_report * first.train.window_ticks
     tell("compiling the limits")

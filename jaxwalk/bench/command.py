@@ -15,11 +15,11 @@ import jax
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import results
 from jaxwalk.bench.rounds import BARE, BY_XLA, LOOP, MAP, SAVING, TICK, Program, measure
 from jaxwalk.common import files
 from jaxwalk.config import Config
 from jaxwalk.config.presets import PRESETS, of_machine
+from jaxwalk.learn.policies import provenance
 
 if TYPE_CHECKING:
     from jaxwalk.cli.bench import BenchArgs
@@ -50,7 +50,7 @@ def bench(args: BenchArgs, tell: Callable[[str], None] = lambda what: None) -> d
         "walkers": args.walkers,
         "ticks_per_call": ticks,
         "memory": memory(),
-        **results.stamp("bench", args, None, config),
+        **provenance.stamp("bench", args, None, config),
     }
 
 

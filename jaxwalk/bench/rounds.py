@@ -19,15 +19,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from jaxwalk import subjects
 from jaxwalk.bench.programs import bare_steps, record, sharded, split, standing, unpushed, walk_ticks
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
+from jaxwalk.learn.policies import named
+from jaxwalk.learn.train import checkpoint, device_loop
+from jaxwalk.learn.train.checkpoint import Checkpoint, Store
 from jaxwalk.task import scenarios
 from jaxwalk.task.stepper import Task
 from jaxwalk.task.trials import BINS, Profile, Runner
-from jaxwalk.train import checkpoint, loop
-from jaxwalk.train.checkpoint import Checkpoint, Store
 
 BARE, TICK, MAP, LOOP = "mjx_step", "tick", "push_map", "training_loop"
 BY_XLA = "tick_by_xla"  # the tick without native code or kernels
@@ -124,7 +124,7 @@ def measure(
       folder: for checkpoints.
       tell: called with what is under way.
     """
-    mesh, task = devices.mesh(loop.rings(config)), Task.of(config)
+    mesh, task = devices.mesh(device_loop.rings(config)), Task.of(config)
     count = config.train.windows_per_report
     ticks = count * task.setup.window_ticks
     builder = Builder(tell)
@@ -144,7 +144,7 @@ def measure(
     stepped = sharded(partial(bare_steps, config, task), mesh)
     bare, bare_cost = build(BARE, stepped, steppers.walker, commands)
 
-    mapper = subjects.load(subjects.SHIPPED)
+    mapper = named.load(named.SHIPPED)
     runner = Runner(Task.of(mapper.config), mapper.act, config.train.walkers, mesh, devices.alike)
     nobody = np.zeros(config.train.walkers, np.float32)
     starts = scenarios.batch(mapper.config, nobody, nobody, keys)
@@ -156,8 +156,8 @@ def measure(
     trials = jax.block_until_ready(runner.advance(*told, trials))
     map_cost = time.perf_counter() - begun, builder.hits > before
 
-    state = loop.init(config, mesh, seed)
-    advance, loop_cost = build(LOOP, loop.make(config, mesh), state)
+    state = device_loop.init(config, mesh, seed)
+    advance, loop_cost = build(LOOP, device_loop.make(config, mesh), state)
     for _ in range(SETTLE_CALLS):
         trials = runner.advance(*told, trials)
     tell("filling the replay")

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import results
 from jaxwalk.bench import batches, picture
 from jaxwalk.bench.command import configured, memory
 from jaxwalk.bench.limits import C_CONVERGED, C_LIMITED
@@ -16,6 +15,7 @@ from jaxwalk.bench.stages import STAGES
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
+from jaxwalk.learn.policies import provenance
 
 if TYPE_CHECKING:
     from jaxwalk.cli.bench import BenchArgs
@@ -39,7 +39,7 @@ def bench(args: BenchArgs, tell: Callable[[str], None] = lambda what: None) -> d
         "stages": {name: STAGES[name] for name in names},
         "batches": rows,
         "memory": memory(),
-        **results.stamp("bench", args, None, config),
+        **provenance.stamp("bench", args, None, config),
     }
 
 

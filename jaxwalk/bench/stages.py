@@ -23,11 +23,11 @@ from jaxwalk.control import controllers, sensors, walker
 from jaxwalk.control.person import Person, model_of, skeleton
 from jaxwalk.control.sensors import Estimate, SensorState
 from jaxwalk.control.walker import Walker
+from jaxwalk.learn.train import device_loop
 from jaxwalk.model import engine, physics
 from jaxwalk.model.physics import Plant, Readings
 from jaxwalk.task import backend, collect, footstep
 from jaxwalk.task.stepper import Stepper, Task
-from jaxwalk.train import loop
 
 PLANT, SENSORS, GAIT, PUSHES, WINDOWS, POLICY, REPLAY = (
     "plant",
@@ -207,4 +207,4 @@ def of_walker(name: str, config: Config, task: Task, count: int) -> tuple[Callab
 
 def of_training(name: str, config: Config, mesh: Mesh) -> Callable[..., Any]:
     """The training loop up to the stage ``name``."""
-    return loop.make(config, mesh, remembers=name != POLICY, learns=name == LOOP)
+    return device_loop.make(config, mesh, remembers=name != POLICY, learns=name == LOOP)

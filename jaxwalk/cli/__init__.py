@@ -14,23 +14,26 @@ from collections.abc import Sequence
 from jaxwalk import __version__
 from jaxwalk.common.errors import UserError
 
-_COMMANDS = {
-    "train": "train a policy into a run folder",
-    "train-baseline": "train Brax's PPO or SAC on the same task, to compare with",
-    "sweep": "search training's options, several machines on one study",
-    "evaluate": "measure a policy's walking and the pushes that it survives",
-    "push-map": "which pushes a policy survives, at every phase of the step",
-    "compare": "measure several policies, with their seeds, on the same pushes",
-    "agreement": "whether MJX and C MuJoCo say the same of a policy",
-    "sensitivity": "what a policy's results owe to the physics' settings",
-    "generalise": "other bodies, loads, floors, sensors and speeds, the policy frozen",
-    "gait": "a gait report: joints, forces and powers over the stride, beside people's",
-    "report": "all of a policy's results as one page that stands alone",
-    "paper": "every claim of the paper, measured, with a verdict by a stated rule",
-    "export": "write a policy for other runtimes: safetensors, npz, ONNX, StableHLO, C; or a page to watch",
-    "render": "draw a policy's walk as mp4, gif or png",
-    "view": "watch a policy walk in MuJoCo's viewer, and push it by the keyboard",
-    "bench": "measure the speed of the simulation and of training",
+_COMMANDS = {  # name: where its options are, what it does
+    "train": ("learn.train.options", "train a policy into a run folder"),
+    "train-baseline": ("learn.brax.options", "train Brax's PPO or SAC on the same task, to compare with"),
+    "sweep": ("learn.sweep.options", "search training's options, several machines on one study"),
+    "evaluate": ("cli.evaluate", "measure a policy's walking and the pushes that it survives"),
+    "push-map": ("cli.push_map", "which pushes a policy survives, at every phase of the step"),
+    "compare": ("cli.compare", "measure several policies, with their seeds, on the same pushes"),
+    "agreement": ("cli.agreement", "whether MJX and C MuJoCo say the same of a policy"),
+    "sensitivity": ("cli.sensitivity", "what a policy's results owe to the physics' settings"),
+    "generalise": ("cli.generalise", "other bodies, loads, floors, sensors and speeds, the policy frozen"),
+    "gait": ("cli.gait", "a gait report: joints, forces and powers over the stride, beside people's"),
+    "report": ("cli.report", "all of a policy's results as one page that stands alone"),
+    "paper": ("cli.paper", "every claim of the paper, measured, with a verdict by a stated rule"),
+    "export": (
+        "cli.export",
+        "write a policy for other runtimes: safetensors, npz, ONNX, StableHLO, C; or a page to watch",
+    ),
+    "render": ("show.render.options", "draw a policy's walk as mp4, gif or png"),
+    "view": ("show.viewer.options", "watch a policy walk in MuJoCo's viewer, and push it by the keyboard"),
+    "bench": ("cli.bench", "measure the speed of the simulation and of training"),
 }
 
 
@@ -90,7 +93,7 @@ def _dispatch(argv: list[str]) -> int:
         meant = f" (did you mean {close[0]}?)" if close else ""
         raise UserError(f"unknown command {name!r}: give one of {known}{meant}")
     try:
-        importlib.import_module(f"jaxwalk.cli.{name.replace('-', '_')}").run(rest)
+        importlib.import_module(f"jaxwalk.{_COMMANDS[name][0]}").run(rest)
     except SystemExit as finished:  # a command's --help
         if isinstance(finished.__context__, BrokenPipeError):  # as Rich tells of it
             raise finished.__context__ from None
@@ -101,7 +104,7 @@ def _dispatch(argv: list[str]) -> int:
 
 def _help() -> str:
     width = max(map(len, _COMMANDS)) + 2
-    commands = "\n".join(f"  {name:<{width}}{what}" for name, what in _COMMANDS.items())
+    commands = "\n".join(f"  {name:<{width}}{what}" for name, (_, what) in _COMMANDS.items())
     return (
         "usage: jaxwalk COMMAND [options]\n\n"
         "Learned stepping for powered exoskeletons, many walkers at once.\n\n"

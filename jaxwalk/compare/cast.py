@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from jaxwalk import run_folder, subjects
 from jaxwalk.cli import checks
 from jaxwalk.common.errors import UserError
 from jaxwalk.compare.entry import Entry
 from jaxwalk.config import Config, validate
-from jaxwalk.subjects import Subject
+from jaxwalk.learn.policies import named
+from jaxwalk.learn.policies.named import Subject
+from jaxwalk.learn.runs import run_folder
 
 # What makes two walkers' pushes comparable; the rest is the policy's own.
 _WORLD = ("body", "physics", "sensors")
@@ -37,7 +38,7 @@ def load(entries: Sequence[Entry], **changes: float | str | None) -> list[list[M
     """The members of each entry.
 
     Args:
-      changes: of every configuration, as `subjects.load` takes them.
+      changes: of every configuration, as `named.load` takes them.
 
     Raises:
       UserError: a policy or a run folder that cannot be read, or policies that do not walk in one world.
@@ -73,7 +74,7 @@ def controllers_differ(cast: Sequence[Sequence[Member]]) -> list[str]:
 
 
 def _member(name: str, changes: dict[str, float | str | None]) -> Member:
-    subject = subjects.load(name, **changes)
+    subject = named.load(name, **changes)
     told = run_folder.read_summary(Path(name)) if name not in checks.BUILT_IN and os.path.isdir(name) else {}
     training = {what: told.get(what) for what in ("footsteps", "seconds")}
     for what, value in training.items():

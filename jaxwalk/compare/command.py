@@ -10,13 +10,14 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from jaxwalk import evaluate, results
+from jaxwalk import evaluate
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.common import files
 from jaxwalk.compare import cast, entry, picture, summary
 from jaxwalk.compare.cast import Member
 from jaxwalk.compare.summary import WAYS, Figures
 from jaxwalk.config import to_dict
+from jaxwalk.learn.policies import provenance
 from jaxwalk.task import backend
 
 if TYPE_CHECKING:
@@ -91,7 +92,7 @@ def compare(args: CompareArgs, progress: Progress) -> dict[str, Any]:
             {**dataclasses.asdict(found), "sentence": summary.sentence(found)} for found in verdicts
         ],
         "controllers_differ": cast.controllers_differ(loaded),
-        **results.stamp("compare", args, None, loaded[0][0].subject.config),
+        **provenance.stamp("compare", args, None, loaded[0][0].subject.config),
     }
 
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from jaxwalk import seeds
 from jaxwalk.common.errors import UserError
+from jaxwalk.learn.runs import seeds_folder
 
 
 @dataclass(frozen=True)
@@ -55,4 +55,4 @@ def _entry(text: str) -> Entry:
 
 def _all_of(run: str) -> tuple[str, ...]:
     """Itself, or the runs in it where it is a folder of several seeds."""
-    return tuple(map(str, seeds.members(Path(run)))) if seeds.is_parent(Path(run)) else (run,)
+    return tuple(map(str, seeds_folder.members(Path(run)))) if seeds_folder.is_parent(Path(run)) else (run,)

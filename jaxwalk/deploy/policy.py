@@ -1,4 +1,4 @@
-"""The policy: raw observation to action, as `jaxwalk.policy.act` computes it."""
+"""The policy: raw observation to action, as `jaxwalk.learn.policies.policy.act` computes it."""
 
 from __future__ import annotations
 

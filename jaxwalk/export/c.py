@@ -9,8 +9,8 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from jaxwalk import policy
 from jaxwalk.config import Observable
+from jaxwalk.learn.policies import policy
 
 _TEMPLATE = Path(__file__).with_name("controller.h")
 _WIDTH = 100  # of the lines of numbers

@@ -10,13 +10,14 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import policy, run_folder, subjects
 from jaxwalk.cli import lines
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
 from jaxwalk.export import c, manifest, onnx, selftest, stablehlo, tensors
-from jaxwalk.watch import replay
-from jaxwalk.watch.replay import Replay
+from jaxwalk.learn.policies import named, policy
+from jaxwalk.learn.runs import run_folder
+from jaxwalk.show.replay_page import replay
+from jaxwalk.show.replay_page.replay import Replay
 
 if TYPE_CHECKING:
     from jaxwalk.cli.export import ExportArgs
@@ -37,14 +38,14 @@ def load(name: str) -> tuple[policy.Policy, dict[str, Any]]:
     Raises:
       UserError: a rule that nobody trained, no such policy, or a damaged one.
     """
-    subjects.load(name)  # which sees that it fits its configuration
-    if subjects.origin(name) is None:
+    named.load(name)  # which sees that it fits its configuration
+    if named.origin(name) is None:
         raise UserError(
             f"policy {name!r} is a rule, not trained: give a run folder, a policy file or shipped"
         )
-    path = subjects.file(name)
+    path = named.file(name)
     trained = policy.load(path)
-    config = subjects.configured(path, trained)
+    config = named.configured(path, trained)
     return trained, manifest.build(trained, config)
 
 
@@ -125,10 +126,10 @@ def main(args: ExportArgs) -> None:
 
 def _replay(args: ExportArgs, console: Console) -> Replay:
     """Walk, and write the page of it."""
-    subject = subjects.load(args.policy, model=args.model)
+    subject = named.load(args.policy, model=args.model)
     with console.status("walking") as status:
         recorded = replay.record(subject, args.impulses, args.seed, status.update)
-    content = replay.html(recorded, subjects.origin(args.policy), lines.line("export", args))
+    content = replay.html(recorded, named.origin(args.policy), lines.line("export", args))
     files.make_folder("--out", args.out)
     files.write_bytes(args.out / replay.FILE, content)
     return recorded

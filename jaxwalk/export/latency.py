@@ -14,9 +14,10 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import deploy, policy, results, subjects
+from jaxwalk import deploy
 from jaxwalk.common import files
 from jaxwalk.export import c_runtime, closed_loop, command, onnx, stablehlo
+from jaxwalk.learn.policies import named, policy, provenance
 
 if TYPE_CHECKING:
     from jaxwalk.cli.bench import BenchArgs
@@ -57,7 +58,7 @@ def measure(name: str, args: BenchArgs, tell: Callable[[str], None] = lambda wha
     """
     tell("exporting")
     trained, told = command.load(name)
-    config = subjects.configured(subjects.file(name), trained)
+    config = named.configured(named.file(name), trained)
     seen = command.observations(trained, _CALLS)
     rows = [one[None] for one in seen]
     with tempfile.TemporaryDirectory() as folder:
@@ -94,7 +95,7 @@ def measure(name: str, args: BenchArgs, tell: Callable[[str], None] = lambda wha
                 "tick_us": microseconds(ticks[kind], args.seconds) if kind in ticks else None,
                 "bytes": written[kind].stat().st_size if kind in written else None,
             }
-    return {"formats": found, **results.stamp("bench-deploy", args, None, config)}
+    return {"formats": found, **provenance.stamp("bench-deploy", args, None, config)}
 
 
 def main(name: str, args: BenchArgs) -> None:

@@ -14,11 +14,12 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from jaxwalk import __version__, policy
+from jaxwalk import __version__
 from jaxwalk.config import GRAVITY, REFERENCE_HEIGHT, REFERENCE_MASS, BodyConfig, Config
 from jaxwalk.control import back_step, scaling, sensors
 from jaxwalk.control.person import Person
 from jaxwalk.deploy.file import FORMAT_VERSION
+from jaxwalk.learn.policies import policy
 from jaxwalk.model import anthropometry, kinematics
 from jaxwalk.model.engine import Setup
 from jaxwalk.model.similarity import Similarity

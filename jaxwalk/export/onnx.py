@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from jaxwalk import policy
 from jaxwalk.common.errors import UserError
 from jaxwalk.deploy.file import MANIFEST
 from jaxwalk.export import manifest
+from jaxwalk.learn.policies import policy
 
 _OPSET, _IR = 17, 8  # of 2022: old runtimes read it too
 

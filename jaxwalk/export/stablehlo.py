@@ -17,11 +17,11 @@ import numpy as np
 from jax import export
 from jaxtyping import Array, Float
 
-from jaxwalk import policy
 from jaxwalk.common import untrusted, untrusted_arrays
 from jaxwalk.common.errors import UserError
 from jaxwalk.deploy.file import MAX_BYTES
 from jaxwalk.export import manifest
+from jaxwalk.learn.policies import policy
 
 PLATFORMS = ("cpu", "cuda")
 _PROGRAM, _MANIFEST = "program.bin", "manifest.json"

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import safetensors.numpy
 
-from jaxwalk import policy
 from jaxwalk.deploy.file import MANIFEST
 from jaxwalk.export import manifest
+from jaxwalk.learn.policies import policy
 
 
 def to_safetensors(trained: policy.Policy, told: dict[str, Any]) -> bytes:

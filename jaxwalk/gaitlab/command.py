@@ -14,11 +14,11 @@ from rich.progress import Progress
 from rich.table import Table
 from rich.text import Text
 
-from jaxwalk import results, subjects
 from jaxwalk.common import files, untrusted
 from jaxwalk.common.errors import UserError
 from jaxwalk.gaitlab import measures, picture, report, signals
 from jaxwalk.gaitlab.report import Report
+from jaxwalk.learn.policies import named, provenance
 from jaxwalk.task import backend
 
 if TYPE_CHECKING:
@@ -61,10 +61,8 @@ def table_csv(found: Report) -> str:
 
 def main(args: GaitArgs) -> None:
     """The command."""
-    subject = subjects.load(
-        args.policy, speed=args.speed, height=args.height, mass=args.mass, noise=args.noise
-    )
-    stamp = results.stamp("gait", args, subject, subject.config)
+    subject = named.load(args.policy, speed=args.speed, height=args.height, mass=args.mass, noise=args.noise)
+    stamp = provenance.stamp("gait", args, subject, subject.config)
     identity = {name: stamp[name] for name in ("policy_digest", "options", "config")}
     check_free(args.out, identity)
     files.make_folder("--out", args.out)

@@ -18,8 +18,8 @@ from jaxwalk.control import walker
 from jaxwalk.control.person import skeleton
 from jaxwalk.gaitlab import forces
 from jaxwalk.gaitlab.forces import Forces
+from jaxwalk.learn.policies.named import Subject
 from jaxwalk.model import kinematics, physics, pushes
-from jaxwalk.subjects import Subject
 from jaxwalk.task import rollout, stepper
 from jaxwalk.task.scenarios import Scenario
 from jaxwalk.task.stepper import Stepper, Task

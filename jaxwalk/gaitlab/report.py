@@ -16,7 +16,7 @@ from jaxwalk.config import REFERENCE_MASS
 from jaxwalk.gaitlab import energy, human, measures, record, signals, strides
 from jaxwalk.gaitlab.human import Human
 from jaxwalk.gaitlab.record import Ticks
-from jaxwalk.subjects import Subject
+from jaxwalk.learn.policies.named import Subject
 from jaxwalk.task import scenarios
 
 SIDES = ("left", "right")

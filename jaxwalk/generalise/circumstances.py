@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from jaxwalk import subjects
 from jaxwalk.cli.generalise import KINDS
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config
+from jaxwalk.learn.policies import named
+from jaxwalk.learn.policies.named import Subject
 from jaxwalk.model.burdens import Burden
 from jaxwalk.model.similarity import Similarity
-from jaxwalk.subjects import Subject
 
 # Centres of packs from the torso's own, (ahead, up), m. On the back: half a trunk (0.09 m) and nearly half a
 # pack (0.2 m) behind, at chest height, four fifths of the way from hip to shoulder. In front: as near as
@@ -50,7 +50,7 @@ class Circumstance:
           UserError: it cannot walk there.
         """
         try:
-            return subjects.load(name, speed=self.speed, height=self.height, mass=self.mass, noise=self.noise)
+            return named.load(name, speed=self.speed, height=self.height, mass=self.mass, noise=self.noise)
         except UserError as error:
             raise error if self.own else UserError(f"{KINDS[self.kind]} {self.value:g}: {error}") from None
 

@@ -9,7 +9,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import evaluate, results, subjects, sweeps
+from jaxwalk import evaluate, sweeps
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.cli.generalise import NOBODY
 from jaxwalk.common import files
@@ -18,7 +18,8 @@ from jaxwalk.config import Config
 from jaxwalk.evaluate import Programs, Tell
 from jaxwalk.generalise import picture
 from jaxwalk.generalise.circumstances import Circumstance, circumstances
-from jaxwalk.subjects import Subject
+from jaxwalk.learn.policies import named, provenance
+from jaxwalk.learn.policies.named import Subject
 from jaxwalk.task import backend
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ def planned(args: GeneraliseArgs) -> Plan:
       UserError: a policy that cannot be loaded, a circumstance that it cannot walk in, or another world
         beside it.
     """
-    first = subjects.load(args.policy)
+    first = named.load(args.policy)
     tried = circumstances(first.config, args.values())
     names = [args.policy] + [args.beside] * (args.beside not in (NOBODY, args.policy))
     plan = [(one, one.subject(name)) for name in names for one in tried]
@@ -70,7 +71,7 @@ def generalise(plan: Plan, args: GeneraliseArgs, tell: Tell = lambda what, share
         tell("circumstances", (place + 1) / len(plan))
     return {
         "rows": rows,
-        **results.stamp("generalise", args, first, own),
+        **provenance.stamp("generalise", args, first, own),
     }
 
 

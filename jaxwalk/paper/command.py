@@ -15,11 +15,13 @@ from matplotlib.figure import Figure
 from PIL import Image
 from rich.console import Console
 
-from jaxwalk import evaluate, subjects
+from jaxwalk import evaluate
 from jaxwalk.cli import lines
 from jaxwalk.cli.paper import NAMES, PaperArgs
 from jaxwalk.common import figures, files
 from jaxwalk.common.errors import UserError
+from jaxwalk.learn.policies import named
+from jaxwalk.learn.policies.named import Subject
 from jaxwalk.paper import page, trainings
 from jaxwalk.paper.claim import Claim
 from jaxwalk.paper.claims import registry
@@ -27,14 +29,13 @@ from jaxwalk.paper.lab import Lab
 from jaxwalk.paper.page import Ours, Page, Told
 from jaxwalk.paper.store import Store
 from jaxwalk.paper.verdict import Verdict
-from jaxwalk.subjects import Subject
 from jaxwalk.task import backend
 
 
 def main(args: PaperArgs) -> None:
     """The command."""
     console = Console()
-    subject = subjects.load(args.policy)
+    subject = named.load(args.policy)
     claims = registry()
     Store(args, subject, {})  # what is wrong with the one that is there is said before hours of training
     files.make_folder("--out", args.out)

@@ -15,19 +15,20 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from jaxwalk import evaluate, subjects
+from jaxwalk import evaluate
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.config import BodyModel, GaitConfig
 from jaxwalk.evaluate import AFTER_PUSH, BEFORE_PUSH, Programs
+from jaxwalk.learn.policies import named
+from jaxwalk.learn.policies.named import Subject
+from jaxwalk.learn.train.evaluation import IMPULSES
 from jaxwalk.model import push_points
 from jaxwalk.model.burdens import Burden
 from jaxwalk.paper import trace, trainings
 from jaxwalk.paper.verdict import Interval, mean_of, share
-from jaxwalk.subjects import Subject
 from jaxwalk.task import scenarios
 from jaxwalk.task.scenarios import Scenario
 from jaxwalk.task.trials import BINS, Profile, Trial
-from jaxwalk.train.assess import IMPULSES
 
 BATCH = 64
 EXAM_SECONDS = 9.0  # the push comes in the sixth footstep, after some 3 s
@@ -86,8 +87,8 @@ class Lab:
         """Who walks on that body: the policy asked for; between walls the one trained there, if any."""
         own = trainings.policy_file(self.trained, "walls", 0)
         if model == "walls" and own.is_file():
-            return subjects.load(str(own))
-        return subjects.load(self.policy, model=model)
+            return named.load(str(own))
+        return named.load(self.policy, model=model)
 
     def timestep(self, model: BodyModel) -> float:
         """Of the physics there, s."""
@@ -95,7 +96,7 @@ class Lab:
 
     def fixed(self, model: BodyModel) -> Subject:
         """The step that is never adapted, on that body."""
-        return subjects.load(subjects.FIXED, model=model)
+        return named.load(named.FIXED, model=model)
 
     def trial(
         self,
@@ -189,7 +190,7 @@ class Lab:
           calm, pushed, speed: as `exam`.
         """
         if policy not in self._shares:
-            found = self.exam(subjects.load(policy), "planar", what=what)
+            found = self.exam(named.load(policy), "planar", what=what)
             self._shares[policy] = {name: found[name] for name in ("calm", "pushed", "speed")}
         return self._shares[policy]
 
@@ -245,4 +246,4 @@ def examined(lab: Lab, names: Sequence[str]) -> dict[str, Any]:
             told = trainings.curve(lab.trained, name, seed)
             shares = lab.shares(str(trainings.policy_file(lab.trained, name, seed)), name)
             runs[name].append({"seed": seed, "curve": dataclasses.asdict(told), **shares})
-    return {"missing": [], "runs": runs, "fixed": lab.shares(subjects.FIXED, subjects.FIXED)}
+    return {"missing": [], "runs": runs, "fixed": lab.shares(named.FIXED, named.FIXED)}

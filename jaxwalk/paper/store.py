@@ -8,12 +8,12 @@ import os
 from collections.abc import Mapping
 from typing import Any
 
-from jaxwalk import results
 from jaxwalk.cli.paper import PaperArgs
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
+from jaxwalk.learn.policies import provenance
+from jaxwalk.learn.policies.named import Subject
 from jaxwalk.paper.claim import Claim
-from jaxwalk.subjects import Subject
 
 FILE = "paper.json"
 _KEPT = ("inputs", "date", "seconds", "numbers")
@@ -36,19 +36,19 @@ class Store:
 
     def __init__(self, args: PaperArgs, subject: Subject, inputs: Mapping[str, str]) -> None:
         self.path = args.out / FILE
-        self.stamp = results.stamp("paper", args, subject, subject.config)
+        self.stamp = provenance.stamp("paper", args, subject, subject.config)
         for name in ("only", "retrain", "trained"):
             self.stamp["options"].pop(name)
         self._inputs = inputs
         self.claims: dict[str, dict[str, Any]] = {}
         if os.path.lexists(self.path):
-            self._take_over(results.read(self.path, "paper"), subject)
+            self._take_over(provenance.read(self.path, "paper"), subject)
 
     def _take_over(self, found: Mapping[str, Any], subject: Subject) -> None:
         versions = found.get("versions")
         version = versions.get("jaxwalk") if isinstance(versions, Mapping) else None
         same = all(found["options"].get(name) == self.stamp["options"][name] for name in _SAME)
-        if not (results.is_of(found, subject) and same and version == self.stamp["versions"]["jaxwalk"]):
+        if not (provenance.is_of(found, subject) and same and version == self.stamp["versions"]["jaxwalk"]):
             raise UserError(
                 f"{self.path} is of another policy, other options or another version: give --out another "
                 "folder, or move it away to have it measured anew"

@@ -16,8 +16,8 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
+from jaxwalk.learn.policies.named import Subject
 from jaxwalk.model import pushes
-from jaxwalk.subjects import Subject
 from jaxwalk.task import backend, rollout, scenarios, stepper
 from jaxwalk.task.stepper import Stepper, Task
 from jaxwalk.task.trials import SETTLE_SECONDS

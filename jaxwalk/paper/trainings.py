@@ -13,9 +13,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from jaxwalk import policy, run_folder
 from jaxwalk.common import files, untrusted
 from jaxwalk.common.errors import UserError
+from jaxwalk.learn.policies import policy
+from jaxwalk.learn.runs import run_folder
 
 POLICIES, CURVES = "policies", "curves"
 _COLUMNS = ("footsteps", "survival", "score")
@@ -108,7 +109,7 @@ def keep(run: Path, name: str, seed: int, folder: Path, preset: str = "quick") -
       UserError: no such training, a run of another seed or configuration, one that is damaged or has not
         ended.
     """
-    from jaxwalk.cli import train as command
+    from jaxwalk.learn.train import options as command
 
     if name not in TRAININGS or seed not in TRAININGS[name].seeds:
         known = ", ".join(f"{one.name} ({', '.join(map(str, one.seeds))})" for one in TRAININGS.values())
@@ -174,7 +175,7 @@ def train(folder: Path, runs: Path, names: Sequence[str], tell: Any = print, pre
     Raises:
       KeyboardInterrupt: a run was stopped; the next call goes on with it.
     """
-    from jaxwalk.cli import train as command
+    from jaxwalk.learn.train import options as command
 
     for name in names:
         for seed in TRAININGS[name].seeds:

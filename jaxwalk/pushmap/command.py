@@ -10,14 +10,14 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table as Screen
 
-from jaxwalk import results, subjects
 from jaxwalk.capturability import Pendulum
 from jaxwalk.common import files, runtime
 from jaxwalk.config import to_dict
+from jaxwalk.learn.policies import named, provenance
+from jaxwalk.learn.policies.named import Subject
 from jaxwalk.model import anthropometry, physics
 from jaxwalk.pushmap import picture, run, summary, table
 from jaxwalk.pushmap.grid import Grid
-from jaxwalk.subjects import Subject
 from jaxwalk.task import backend
 from jaxwalk.task.trials import Trial
 
@@ -47,7 +47,7 @@ def push_map(subject: Subject, args: PushMapArgs, progress: Progress) -> dict[st
     result = summary.summarise(found, _pendulum(subject, walked, found)) | {
         "resumed_trials": before,
         "ticks_per_second": rate or None,
-        **results.stamp("push-map", args, subject, subject.config),
+        **provenance.stamp("push-map", args, subject, subject.config),
     }
     files.write_json(args.out / "map.json", result)
     title = f"{args.policy}, {args.engine}: {grid.replicas} walkers a cell, {grid.size:,} trials"
@@ -79,7 +79,7 @@ def _pendulum(subject: Subject, walked: Trial, found: table.Table) -> Pendulum:
 
 def main(args: PushMapArgs) -> None:
     """The command."""
-    subject = subjects.load(args.policy, model=args.model)
+    subject = named.load(args.policy, model=args.model)
     console = Console()
     backend.begin(subject.config, args.engine)
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.0f} %"))

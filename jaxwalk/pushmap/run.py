@@ -15,9 +15,9 @@ from jaxwalk import evaluate
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Engine
+from jaxwalk.learn.policies.named import Subject
 from jaxwalk.model import pushes
 from jaxwalk.pushmap.table import Table
-from jaxwalk.subjects import Subject
 from jaxwalk.task import scenarios
 from jaxwalk.task.stepper import Task
 from jaxwalk.task.trials import BINS, Profile, Runner, Trial

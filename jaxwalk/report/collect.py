@@ -14,12 +14,12 @@ from typing import Any
 
 from PIL import Image
 
-from jaxwalk import results, subjects
 from jaxwalk.common import files, untrusted
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import validate
+from jaxwalk.learn.policies import named, provenance
+from jaxwalk.learn.policies.named import Subject
 from jaxwalk.report.parts import Part
-from jaxwalk.subjects import Subject
 
 MAX_PICTURE = 16 * 2**20  # bytes; the largest has a fifth of one megabyte
 # Pillow's words for a PNG that is damaged (SyntaxError among them) or has too many pixels.
@@ -68,7 +68,7 @@ def find(part: Part, policy: str, folder: Path) -> Found | None:
     path = home / part.json
     if not os.path.lexists(path):
         return None
-    result = results.read(path, part.command)
+    result = provenance.read(path, part.command)
     try:
         plain = {name: str(value) for name, value in part.place(folder).items()}
         args = validate.from_dict(part.kind, result["options"] | plain)
@@ -99,13 +99,13 @@ def measure(part: Part, policy: str, folder: Path, quick: bool, seed: int) -> No
 def _subject(args: Any, policy: str, changes: dict[str, float | None]) -> Subject | None:
     """Whom results with such options are about; None: nobody."""
     about = hasattr(args, "policy") or hasattr(args, "policies")
-    return subjects.load(policy, **changes) if about else None
+    return named.load(policy, **changes) if about else None
 
 
 def _is_of(result: dict[str, Any], subject: Subject | None) -> bool:
     if subject is None:
         return True  # the part is about no policy
-    return any(results.is_of(told, subject) for told in (result, *members(result)))
+    return any(provenance.is_of(told, subject) for told in (result, *members(result)))
 
 
 def members(result: dict[str, Any]) -> list[dict[str, Any]]:

@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
-from jaxwalk import subjects
 from jaxwalk.cli import lines
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, validate
+from jaxwalk.learn.policies import named
+from jaxwalk.learn.policies.named import Subject
 from jaxwalk.report import collect, headline, page
 from jaxwalk.report.collect import Found
 from jaxwalk.report.page import Figure, Page
 from jaxwalk.report.parts import PARTS, Part
 from jaxwalk.report.sections import SECTIONS
 from jaxwalk.report.words import NOTHING, Table
-from jaxwalk.subjects import Subject
 
 if TYPE_CHECKING:
     from jaxwalk.cli.report import ReportArgs
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 def main(args: ReportArgs) -> None:
     """The command."""
-    subject = subjects.load(args.policy)
+    subject = named.load(args.policy)
     console = Console()
     parts = [part for name, part in PARTS.items() if name in args.parts]
     # All that is there is read before minutes of work, so that what is wrong with it is said at once.
@@ -92,7 +92,7 @@ def _page(args: ReportArgs, subject: Subject, both: Sequence[tuple[Found, Figure
 
 def _facts(name: str, subject: Subject) -> tuple[tuple[str, str], ...]:
     facts = [("digest", subject.digest[:16])]
-    origin = subjects.origin(name)
+    origin = named.origin(name)
     if origin is None:
         facts.append(("origin", "not trained: a rule that ships with jaxwalk"))
     else:

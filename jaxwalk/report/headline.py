@@ -7,9 +7,9 @@ from typing import Any
 
 from jaxwalk.cli.report import Name
 from jaxwalk.compare.summary import WAYS
+from jaxwalk.learn.policies.named import FIXED, Subject
 from jaxwalk.report import collect
 from jaxwalk.report.words import NOTHING, Table, impulse, number, percent, reach
-from jaxwalk.subjects import FIXED, Subject
 
 _ROWS = {
     "speed, m/s": "speed",

@@ -9,14 +9,15 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk import evaluate, results, subjects, sweeps
+from jaxwalk import evaluate, sweeps
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.common import files
 from jaxwalk.config import Config
 from jaxwalk.evaluate import Tell
+from jaxwalk.learn.policies import named, provenance
+from jaxwalk.learn.policies.named import Subject
 from jaxwalk.sensitivity import picture
 from jaxwalk.sensitivity.settings import PARAMETERS, Setting, settings
-from jaxwalk.subjects import Subject
 from jaxwalk.task import backend
 
 if TYPE_CHECKING:
@@ -58,13 +59,13 @@ def sensitivity(
         tell("settings", (place + 1) / len(plan))
     return {
         "rows": rows,
-        **results.stamp("sensitivity", args, subject, subject.config),
+        **provenance.stamp("sensitivity", args, subject, subject.config),
     }
 
 
 def main(args: SensitivityArgs) -> None:
     """The command."""
-    subject = subjects.load(args.policy)
+    subject = named.load(args.policy)
     tried(subject, args)  # before minutes of work
     files.make_folder("--out", args.out)
     console = Console()

@@ -10,10 +10,11 @@ import jax
 import numpy as np
 import pytest
 
-from jaxwalk import cli, evaluate, policy, subjects
+from jaxwalk import cli, evaluate
 from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.config import Config, DDPGConfig, PhysicsConfig
-from jaxwalk.ddpg import learner
+from jaxwalk.learn.ddpg import learner
+from jaxwalk.learn.policies import named, policy
 
 OPTIONS = "--walkers 4 --seconds 6 --impulses -10,10,400 --phases 2 --replicas 1".split()
 CONFIG = Config(ddpg=DDPGConfig(hidden=(8,)))
@@ -87,13 +88,13 @@ def test_the_table_has_a_line_for_each_seed_and_for_their_spread(done):
 
 def test_seeds_of_one_method_share_one_program(runs):
     """Also if they were trained for other rewards; a rule is of another kind."""
-    first, second = (subjects.load(str(run)) for run in runs)
+    first, second = (named.load(str(run)) for run in runs)
     other = replace(second, config=replace(second.config, ddpg=replace(CONFIG.ddpg, gamma=0.5)))
     programs = evaluate.Programs(EvaluateArgs(policy=""))
     assert programs.of(first) is programs.of(second) is programs.of(other)
     assert jax.tree.structure(first.params) == jax.tree.structure(second.params)
-    assert programs.of(subjects.load("fixed")) is not programs.of(first)
-    rules = [programs.of(subjects.load(name)) for name in ("constant", "raibert", "capture-point")]
+    assert programs.of(named.load("fixed")) is not programs.of(first)
+    rules = [programs.of(named.load(name)) for name in ("constant", "raibert", "capture-point")]
     assert rules[0] is rules[1] is rules[2] is not programs.of(first)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jaxwalk.config import DDPGConfig
-from jaxwalk.ddpg import learner
+from jaxwalk.learn.ddpg import learner
 from jaxwalk.task.transition import Transition
 
 OBSERVATION, ACTION = 2, 1

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jaxwalk.config import DDPGConfig
-from jaxwalk.ddpg import noise
+from jaxwalk.learn.ddpg import noise
 
 
 def test_spread_is_logarithmic_with_geometric_mean_one():

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk.ddpg import normalizer
+from jaxwalk.learn.ddpg import normalizer
 
 update = jax.jit(normalizer.update)
 

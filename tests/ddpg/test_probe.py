@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk.ddpg import learner, replay
+from jaxwalk.learn.ddpg import learner, replay_buffer
 from jaxwalk.task.transition import Transition
 
 N, UPDATES = 512, 1500
@@ -17,12 +17,12 @@ N, UPDATES = 512, 1500
 def _train(config, state, data, key):
     state = learner.observe(state, data.observation, jnp.ones((N,), bool))
     example = jax.tree.map(lambda x: x[0], data)
-    ring = replay.add(replay.init(1, N, example), data, jnp.ones((N,), bool))
+    ring = replay_buffer.add(replay_buffer.init(1, N, example), data, jnp.ones((N,), bool))
 
     def step(state, key):
         bits = jax.random.bits(key, (1, config.batch_size), jnp.uint32)
         keys = jax.random.split(jax.random.fold_in(key, 1), config.batch_size)
-        return learner.update(config, state, replay.sample(ring, bits), keys)
+        return learner.update(config, state, replay_buffer.sample(ring, bits), keys)
 
     return jax.lax.scan(step, state, jax.random.split(key, UPDATES))[0]
 

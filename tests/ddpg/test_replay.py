@@ -7,16 +7,16 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk.ddpg import replay
+from jaxwalk.learn.ddpg import replay_buffer
 
 CAPACITY, BATCH = 7, 10
-add = jax.jit(replay.add)
-sample = jax.jit(replay.sample)
+add = jax.jit(replay_buffer.add)
+sample = jax.jit(replay_buffer.sample)
 
 
 @pytest.fixture
 def empty(transitions):
-    return replay.init(1, CAPACITY, jax.tree.map(lambda x: x[0], transitions(1)))
+    return replay_buffer.init(1, CAPACITY, jax.tree.map(lambda x: x[0], transitions(1)))
 
 
 def _held(rings, which=0):
@@ -42,7 +42,7 @@ def test_ring_equals_a_list(empty, transitions, share):
 
 
 def test_each_ring_keeps_its_own_rows(transitions):
-    rings = replay.init(2, CAPACITY, jax.tree.map(lambda x: x[0], transitions(1)))
+    rings = replay_buffer.init(2, CAPACITY, jax.tree.map(lambda x: x[0], transitions(1)))
     expected = [[], []]
     for seed in range(8):
         rows = transitions(2 * BATCH, seed)
@@ -60,7 +60,7 @@ def test_each_ring_keeps_its_own_rows(transitions):
 def test_fields_stay_together_and_add_runs_inside_scan(empty, transitions):
     rows = jax.tree.map(lambda x: jnp.stack([x, x + 1]), transitions(3))
     mask = jnp.array([True, False, True])
-    scanned, _ = jax.lax.scan(lambda ring, batch: (replay.add(ring, batch, mask), None), empty, rows)
+    scanned, _ = jax.lax.scan(lambda ring, batch: (replay_buffer.add(ring, batch, mask), None), empty, rows)
     expected = jax.tree.map(lambda x: x[:, jnp.array([0, 2])].reshape(4, *x.shape[2:]), rows)
     jax.tree.map(lambda ring, x: np.testing.assert_array_equal(ring[0, :4], x), scanned.rows, expected)
     assert int(scanned.size[0]) == 4
@@ -92,4 +92,4 @@ def test_empty_ring_samples_zeros(empty):
 
 def test_no_room(transitions):
     with pytest.raises(ValueError, match="capacity 0"):
-        replay.init(1, 0, transitions(1))
+        replay_buffer.init(1, 0, transitions(1))

@@ -11,7 +11,7 @@ import pytest
 
 from jaxwalk.config import DDPGConfig
 from jaxwalk.config.presets import PRESETS
-from jaxwalk.ddpg import learner, networks
+from jaxwalk.learn.ddpg import learner, networks
 
 _init = jax.jit(learner.init, static_argnums=(0, 2, 3))
 
@@ -128,7 +128,7 @@ import functools, jax, numpy as np
 from jax.sharding import Mesh, PartitionSpec as P
 from jaxwalk.config import DDPGConfig
 from jaxwalk.config.presets import PRESETS
-from jaxwalk.ddpg import Transition, learner
+from jaxwalk.learn.ddpg import Transition, learner
 
 jax.config.update("jax_num_cpu_devices", 2)
 keys = jax.random.split(jax.random.key(0), 5)

@@ -15,7 +15,7 @@ import numpy as np
 from hypothesis import strategies as st
 from PIL import Image
 
-from jaxwalk import deploy, policy, results, run_folder, subjects
+from jaxwalk import deploy
 from jaxwalk.cli.gait import GaitArgs
 from jaxwalk.cli.report import ReportArgs
 from jaxwalk.common import files
@@ -25,11 +25,13 @@ from jaxwalk.config import Config, DDPGConfig
 from jaxwalk.deploy.file import MANIFEST
 from jaxwalk.export import manifest, selftest, tensors
 from jaxwalk.gaitlab import command as gait
+from jaxwalk.learn.policies import named, policy, provenance
+from jaxwalk.learn.runs import run_folder
+from jaxwalk.learn.runs.run_folder import RunFolder
 from jaxwalk.pushmap import table
 from jaxwalk.pushmap.grid import Grid
 from jaxwalk.report import collect, command
 from jaxwalk.report.parts import PARTS
-from jaxwalk.run_folder import RunFolder
 
 ROOT = Path(__file__).resolve().parents[2]
 CONFIG = Config(ddpg=DDPGConfig(hidden=(4, 3)))
@@ -96,7 +98,7 @@ def _policies(folder: Path, trained: policy.Policy, told: dict[str, Any]) -> dic
         "policy": Kind(
             plain,
             mutations.safetensors_files(plain.read_bytes(), inner),
-            lambda: subjects.load(str(plain)),
+            lambda: named.load(str(plain)),
         ),
         "exported safetensors": Kind(
             exported, mutations.safetensors_files(whole, both), lambda: walk(exported)
@@ -155,8 +157,8 @@ def _maps(folder: Path) -> dict[str, Kind]:
 
 
 def _others(folder: Path) -> dict[str, Kind]:
-    subject = subjects.load("shipped")
-    stamp = results.stamp("gait", GaitArgs("shipped", folder), subject, subject.config)
+    subject = named.load("shipped")
+    stamp = provenance.stamp("gait", GaitArgs("shipped", folder), subject, subject.config)
     identity = {name: stamp[name] for name in ("policy_digest", "options", "config")}
     vectors = {"observations": [[0.0, 1.0]] * 3, "actions": [[0.5, 0.5]] * 3, "commands": [[0.6, 0.2]] * 3}
     picture = folder / "map.png"
@@ -186,7 +188,7 @@ def _reports(folder: Path) -> dict[str, Kind]:
     shutil.copytree(ROOT / "docs" / "results", folder)
     (folder / "bench").mkdir()
     shutil.move(folder / "bench-cpu.json", folder / "bench" / "bench.json")
-    subject = subjects.load("shipped")
+    subject = named.load("shipped")
     args = ReportArgs("shipped", folder / "page.html", results=folder)
     found = {}
     for part in PARTS.values():

@@ -17,13 +17,15 @@ sys.path.append(str(Path(__file__).parent))
 
 import mutations
 
-from jaxwalk import deploy, policy, results, run_folder
+from jaxwalk import deploy
 from jaxwalk.common import untrusted, untrusted_arrays
 from jaxwalk.common.errors import UserError
+from jaxwalk.learn.policies import policy, provenance
+from jaxwalk.learn.runs import run_folder
+from jaxwalk.learn.train.checkpoint import Checkpoint, Store
+from jaxwalk.learn.train.run_state import Past, Record
 from jaxwalk.pushmap import table
 from jaxwalk.pushmap.grid import Grid
-from jaxwalk.train.checkpoint import Checkpoint, Store
-from jaxwalk.train.record import Past, Record
 
 SMALL = 2**20  # bytes that refusing a file may take, beside the file itself
 
@@ -134,7 +136,7 @@ def test_json_without_end(tmp_path, case):
     path = tmp_path / "config.json"
     path.write_text(DEEP[case])
     refused(lambda: run_folder.load_record(path), path, 2**22)
-    refused(lambda: results.read(path, "evaluate"), path, 2**22)
+    refused(lambda: provenance.read(path, "evaluate"), path, 2**22)
 
 
 def test_a_name_that_is_there_twice_among_many_is_found():
@@ -162,7 +164,7 @@ READERS = {
     "export": ("p.npz", deploy.load, policy.MAX_BYTES),
     "run": ("config.json", run_folder.load_config, untrusted.MAX_JSON),
     "metrics": ("metrics.jsonl", lambda path: run_folder.read_metrics(path.parent), run_folder.MAX_METRICS),
-    "result": ("e.json", lambda path: results.read(path, "evaluate"), untrusted.MAX_JSON),
+    "result": ("e.json", lambda path: provenance.read(path, "evaluate"), untrusted.MAX_JSON),
     "map": (table.NAME, lambda path: table.resume(path.parent, GRID, {}), 2**21),
 }  # fmt: skip
 

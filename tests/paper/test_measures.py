@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from jaxwalk.config import Config
+from jaxwalk.learn.policies.named import Subject
 from jaxwalk.paper.claims import registry
 from jaxwalk.paper.lab import Lab
 from jaxwalk.paper.trace import Trace, landings
 from jaxwalk.paper.verdict import above, below, verdict
-from jaxwalk.subjects import Subject
 
 DT, STEP, COUNT = 0.002, 200, 12  # s; ticks in a step; steps
 

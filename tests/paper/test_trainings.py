@@ -9,11 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from jaxwalk import policy, run_folder
-from jaxwalk.cli import train
 from jaxwalk.common import files, resources
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import to_dict
+from jaxwalk.learn.policies import policy
+from jaxwalk.learn.runs import run_folder
+from jaxwalk.learn.train import options
 from jaxwalk.paper import trainings
 from jaxwalk.paper.claims import registry
 from jaxwalk.paper.lab import Lab
@@ -21,7 +22,7 @@ from jaxwalk.paper.trainings import TRAININGS
 
 
 def test_each_command_is_one_that_train_understands_and_they_differ():
-    configs = {name: train.read(shlex.split(one.line(0))[2:]).config for name, one in TRAININGS.items()}
+    configs = {name: options.read(shlex.split(one.line(0))[2:]).config for name, one in TRAININGS.items()}
     assert len({json.dumps(to_dict(config)) for config in configs.values()}) == len(TRAININGS) == 5
     full = configs["full"]
     assert full.observation == ("speed", "pitch", "zmp", "step_length") and full.train.footsteps == 20_000
@@ -34,7 +35,7 @@ def test_each_command_is_one_that_train_understands_and_they_differ():
 def a_run(path, name="full", seed=1, **changes):
     """A finished run folder, but for what nobody looks at; its policy is the shipped one."""
     words = [*TRAININGS[name].words_of(seed), "--run-dir", str(path)]
-    config = to_dict(train.read(TRAININGS[name].words_of(seed)[1:]).config)
+    config = to_dict(options.read(TRAININGS[name].words_of(seed)[1:]).config)
     record = {
         "config": config,
         "seed": seed,
@@ -126,7 +127,7 @@ def test_all_runs_are_trained_one_after_another_and_what_was_stopped_goes_on(tmp
         files.write_json(run / run_folder.SUMMARY, {"interrupted": interrupted})
 
     (tmp_path / "runs").mkdir()
-    monkeypatch.setattr(train, "run", trained)
+    monkeypatch.setattr(options, "run", trained)
     said = []
     everything = (tmp_path, tmp_path / "runs", ("random", "walls"), said.append)
     with pytest.raises(KeyboardInterrupt):

@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from jaxwalk import cli, evaluate, results, subjects
+from jaxwalk import cli, evaluate
 from jaxwalk.capturability import Pendulum
 from jaxwalk.cli.parse import parse
 from jaxwalk.cli.report import ReportArgs
 from jaxwalk.common import files, resources
+from jaxwalk.learn.policies import named, provenance
 from jaxwalk.pushmap import summary
 from jaxwalk.pushmap.grid import Grid
 from jaxwalk.pushmap.table import Table
@@ -52,7 +53,7 @@ def canned(subject, args, tell=None, programs=None, burden=None):
         "threshold": both,
         "threshold_worst_phase": both,
     }  # fmt: skip
-    return found | results.stamp("evaluate", args, subject, subject.config)
+    return found | provenance.stamp("evaluate", args, subject, subject.config)
 
 
 def push_map():
@@ -92,15 +93,15 @@ def bench():
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory):
     """Results of the policy ``shipped`` that no command needs to be run for."""
-    folder, subject = tmp_path_factory.mktemp("stored"), subjects.load("shipped")
-    loaded = subjects.load("shipped", speed=1.0, noise=1.0)
+    folder, subject = tmp_path_factory.mktemp("stored"), named.load("shipped")
+    loaded = named.load("shipped", speed=1.0, noise=1.0)
     for name, content, who in (
         ("push-map", push_map(), subject), ("gait", gait(), loaded), ("bench", bench(), None),
     ):  # fmt: skip
         part = PARTS[name]
         (folder / name).mkdir()
         args = part.args("shipped", folder, quick=False, seed=7)
-        stamp = results.stamp(name, args, who, (who or subject).config)
+        stamp = provenance.stamp(name, args, who, (who or subject).config)
         files.write_json(folder / name / part.json, content | stamp)
         if part.png:
             Image.new("RGB", (600, 300), "white").save(folder / name / part.png)
@@ -210,7 +211,7 @@ def test_the_page_says_the_known_numbers(document):
     assert "of the walkers of fixed stay up in 28 of 28" in said
     # Wilson, 95 %: 16 of 16 is [0.806, 1]; cells that agree fully overlap.
     assert "overlap in 100.0 % of 72 cells" in said
-    assert subjects.load("shipped").digest in said and subjects.origin("shipped").command in said
+    assert named.load("shipped").digest in said and named.origin("shipped").command in said
     assert "Small samples" not in said
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from jaxwalk import run_folder
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.files import write_json
-from jaxwalk.train.assess import Assessment
+from jaxwalk.learn.runs import run_folder
+from jaxwalk.learn.train.evaluation import Assessment
 
 
 def score(gamma: float) -> float:
@@ -17,7 +17,7 @@ def score(gamma: float) -> float:
 
 
 def run(config, path: Path, seed, command, watch) -> Path:
-    """In place of `train.run`. A gamma above 0.9 fails, one below 0.1 is interrupted by somebody."""
+    """In place of a run. A gamma above 0.9 fails, one below 0.1 is interrupted by somebody."""
     path.mkdir(parents=True)
     if config.ddpg.gamma > 0.9:
         raise UserError("training diverged")
@@ -34,7 +34,8 @@ def run(config, path: Path, seed, command, watch) -> Path:
 
 def sweep(*argv: str) -> int:
     """``jaxwalk sweep`` with these trainings; its exit code."""
-    from jaxwalk import cli, train
+    from jaxwalk import cli
+    from jaxwalk.learn.train import run as train
 
     real, train.run = train.run, run
     try:

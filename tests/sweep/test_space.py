@@ -6,8 +6,8 @@ import pytest
 
 from jaxwalk.common.errors import UserError
 from jaxwalk.config.presets import PRESETS
-from jaxwalk.sweep import space
-from jaxwalk.sweep.space import Choice, Range
+from jaxwalk.learn.sweep import space
+from jaxwalk.learn.sweep.space import Choice, Range
 
 CONFIG = PRESETS["quick"]
 

@@ -15,8 +15,10 @@ sys.path += [str(Path(__file__).parent), str(Path(__file__).parent.parent / "tra
 import canned
 import small
 
-from jaxwalk import cli, run_folder, train
-from jaxwalk.cli import sweep as sweep_cli
+from jaxwalk import cli
+from jaxwalk.learn.runs import run_folder
+from jaxwalk.learn.sweep import options as sweep_cli
+from jaxwalk.learn.train import run
 
 GAMMA = "ddpg.gamma=0.2:0.8"
 
@@ -197,7 +199,7 @@ def test_a_training_ends_when_its_watch_says_so(tmp_path, monkeypatch):
         seen.append((footsteps, found.score))
         return footsteps > 0
 
-    train.run(small.CONFIG, tmp_path / "run", 3, "jaxwalk train", watch)
+    run.run(small.CONFIG, tmp_path / "run", 3, "jaxwalk train", watch)
     rows = [row for row in run_folder.read_metrics(tmp_path / "run") if "eval/score" in row]
     assert seen == [(row["footsteps"], row["eval/score"]) for row in rows] and len(seen) == 2
     assert run_folder.read_summary(tmp_path / "run")["interrupted"]

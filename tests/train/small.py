@@ -14,9 +14,10 @@ from typing import Any
 
 import jax
 
-from jaxwalk import policy, run_folder
 from jaxwalk.common.parallel.launch import Place
 from jaxwalk.config.presets import PRESETS
+from jaxwalk.learn.policies import policy
+from jaxwalk.learn.runs import run_folder
 
 SMOKE = PRESETS["smoke"]
 # Some nine reports, updates from the second on, four evaluations, a checkpoint whenever one can be written.
@@ -34,27 +35,27 @@ CLOCKED = {"seconds", "train/footsteps_per_second"}
 def shorten(patch: Callable[[Any, str, Any], None]) -> None:
     """Few and short trials in evaluations; programs that are compiled once for all runs of the process."""
     from jaxwalk.common.parallel import devices
+    from jaxwalk.learn.train import device_loop, evaluation, finals, trainer
     from jaxwalk.task import backend
-    from jaxwalk.train import assess, finals, loop, training
 
-    patch(assess, "SECONDS", 1.0)
-    patch(assess, "PHASES", 1)
-    patch(assess, "CALM", 2)
-    patch(assess, "PUSHED", 1)
-    patch(assess, "MORE_CALM", 2)
+    patch(evaluation, "SECONDS", 1.0)
+    patch(evaluation, "PHASES", 1)
+    patch(evaluation, "CALM", 2)
+    patch(evaluation, "PUSHED", 1)
+    patch(evaluation, "MORE_CALM", 2)
     patch(finals, "REPLICAS", 1)
     for one in (devices, backend):
         patch(one, "BLOCK", 4)  # or every batch is filled up to a whole block for each device
-    patch(loop, "make", functools.cache(loop.make))
-    patch(training, "Assessor", functools.cache(assess.Assessor))
-    patch(finals, "Exam", functools.cache(assess.Exam))
+    patch(device_loop, "make", functools.cache(device_loop.make))
+    patch(trainer, "Assessor", functools.cache(evaluation.Assessor))
+    patch(finals, "Exam", functools.cache(evaluation.Exam))
 
 
 def undrawn(patch: Callable[[Any, str, Any], None]) -> None:
     """No pictures: they take longer than all the rest."""
-    from jaxwalk.common import figures
+    from jaxwalk.learn.runs import picture
 
-    patch(figures, "training_png", lambda rows, path: path.touch())
+    patch(picture, "training_png", lambda rows, path: path.touch())
 
 
 def outcome(folder: Path) -> dict[str, Any]:
@@ -77,17 +78,18 @@ def start(
     folder: Path, resume: bool = False, devices: int | None = None, place: Place | None = None
 ) -> subprocess.Popen[str]:
     """The run of ``CONFIG``, or its resumption, in a process of its own; one of several, given its place."""
-    what = "train.resume(folder)" if resume else "train.run(small.CONFIG, folder, small.SEED, small.COMMAND)"
+    what = "run.resume(folder)" if resume else "run.run(small.CONFIG, folder, small.SEED, small.COMMAND)"
     program = f"""
 import contextlib, pathlib, sys
 sys.path.insert(0, {str(Path(__file__).parent)!r})
-from jaxwalk import distributed, runtime
+from jaxwalk.common import runtime
+from jaxwalk.common.parallel import launch
 from jaxwalk.common.parallel.launch import Place
 runtime.setup()
 place = {place!r}
-with distributed.joined(place, "go on") if place else contextlib.nullcontext():
+with launch.joined(place, "go on") if place else contextlib.nullcontext():
     import small
-    from jaxwalk import train
+    from jaxwalk.learn.train import run
     small.shorten(setattr)
     small.undrawn(setattr)
     folder = pathlib.Path({str(folder)!r})

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from jaxwalk.common.errors import UserError
-from jaxwalk.train import checkpoint
-from jaxwalk.train.checkpoint import Checkpoint, Store
+from jaxwalk.learn.train import checkpoint
+from jaxwalk.learn.train.checkpoint import Checkpoint, Store
 
 
 def numbered(number: int) -> Checkpoint:

@@ -14,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import small
 
 from jaxwalk.common.parallel import devices
-from jaxwalk.train import loop
+from jaxwalk.learn.train import device_loop
 
 # A window a report: a thousand reports take seconds.
 CONFIG = dataclasses.replace(
@@ -25,21 +25,21 @@ WARM = 300  # reports, of which the later ones learn
 
 @pytest.fixture(scope="module")
 def mesh():
-    return devices.mesh(loop.rings(CONFIG))
+    return devices.mesh(device_loop.rings(CONFIG))
 
 
 @pytest.fixture(scope="module")
 def advance(mesh):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(devices, "BLOCK", 4)
-        program = loop.make(CONFIG, mesh)
-        program.lower(loop.layout(CONFIG))  # traced while blocks are small
+        program = device_loop.make(CONFIG, mesh)
+        program.lower(device_loop.layout(CONFIG))  # traced while blocks are small
         yield program
 
 
 @pytest.fixture
 def state(mesh, advance):
-    current = loop.init(CONFIG, mesh, 0)
+    current = device_loop.init(CONFIG, mesh, 0)
     for _ in range(WARM):
         current = jax.block_until_ready(advance(current))
     assert int(current.learner.updates) > 0

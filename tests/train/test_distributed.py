@@ -19,9 +19,11 @@ sys.path.append(str(Path(__file__).parent))
 
 import small
 
-from jaxwalk import cli, policy, run_folder
+from jaxwalk import cli
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel.launch import LOST, Place, joined
+from jaxwalk.learn.policies import policy
+from jaxwalk.learn.runs import run_folder
 
 LIMIT = 900  # s; two cold compilations side by side, on a machine that is shared
 PARAMETERS = 1e-5  # largest difference of a parameter of the policy, after some twenty updates

@@ -23,7 +23,7 @@ runtime.setup()
 import numpy as np
 import small
 from jaxwalk import devices
-from jaxwalk.train import checkpoint, loop
+from jaxwalk.learn.train import checkpoint, loop
 mesh = devices.mesh(loop.rings(small.CONFIG))
 assert mesh.size == int(sys.argv[1])
 state, advance = loop.init(small.CONFIG, mesh, small.SEED), loop.make(small.CONFIG, mesh)

@@ -18,13 +18,14 @@ sys.path.append(str(Path(__file__).parent))
 
 import small
 
-from jaxwalk import policy, run_folder, seeds
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
 from jaxwalk.compare import cast, entry
-from jaxwalk.progress import Progress
-from jaxwalk.train import lanes, loop, many, resume_many, run_many
-from jaxwalk.train.many import _Seed
+from jaxwalk.learn.policies import policy
+from jaxwalk.learn.runs import run_folder, seeds_folder
+from jaxwalk.learn.runs.progress import Progress
+from jaxwalk.learn.train import device_loop, lanes, multi_seed
+from jaxwalk.learn.train.multi_seed import _Seed, resume_many, run_many
 
 CONFIG = dataclasses.replace(small.CONFIG, train=dataclasses.replace(small.CONFIG.train, finalists=1))
 FIRST, COUNT = 3, 2
@@ -37,7 +38,7 @@ def short():
     with pytest.MonkeyPatch.context() as patch:
         small.shorten(patch.setattr)
         small.undrawn(patch.setattr)
-        patch.setattr(many, "Assessor", functools.cache(many.Assessor))
+        patch.setattr(multi_seed, "Assessor", functools.cache(multi_seed.Assessor))
         patch.setattr(lanes, "make", functools.cache(lanes.make))
         patch.setattr(lanes, "LaneRunner", functools.cache(lanes.LaneRunner))
         yield
@@ -59,7 +60,7 @@ def apart(one, other) -> float:
 def alone(seed: int, reports: int):
     """The state of a seed that is trained by itself, after so many reports."""
     mesh = devices.mesh(1)
-    state, advance = loop.init(CONFIG, mesh, seed), loop.make(CONFIG, mesh)
+    state, advance = device_loop.init(CONFIG, mesh, seed), device_loop.make(CONFIG, mesh)
     for _ in range(reports):
         state = advance(state)
     return state
@@ -69,7 +70,7 @@ def alone(seed: int, reports: int):
 def test_each_lane_is_the_training_that_it_would_be_alone(turns, monkeypatch):
     """Programs that are compiled otherwise round otherwise, and a walk amplifies that: a second only."""
     monkeypatch.setattr(lanes, "one_by_one", lambda: turns)
-    several = [loop.init(CONFIG, devices.mesh(1), seed) for seed in (FIRST, FIRST + 1, FIRST + 2)]
+    several = [device_loop.init(CONFIG, devices.mesh(1), seed) for seed in (FIRST, FIRST + 1, FIRST + 2)]
     mesh = lanes.mesh(len(several))
     together = lanes.Lanes(CONFIG, several, mesh)
     # The one in the middle pauses for a report.
@@ -108,11 +109,11 @@ def test_each_seed_has_a_run_folder_like_any_other(both):
 
 def test_the_evaluation_is_the_one_that_the_seed_would_have_alone(both):
     """Before any update, where nothing has rounded otherwise yet."""
-    from jaxwalk.ddpg import learner
-    from jaxwalk.train import assess
+    from jaxwalk.learn.ddpg import learner
+    from jaxwalk.learn.train import evaluation
 
     row = run_folder.read_metrics(both / "seed-4")[0]
-    found = assess.Assessor(CONFIG, devices.mesh(1), 4)(learner.averaged(alone(4, 0).learner))
+    found = evaluation.Assessor(CONFIG, devices.mesh(1), 4)(learner.averaged(alone(4, 0).learner))
     assert row["eval/survival"] == found.survival
     assert row["eval/speed"] == pytest.approx(found.speed, abs=1e-3)
     assert row["eval/predicted"] == pytest.approx(found.predicted, abs=1e-3)
@@ -120,7 +121,7 @@ def test_the_evaluation_is_the_one_that_the_seed_would_have_alone(both):
 
 def test_mean_and_spread_are_those_of_the_seeds(both):
     told = json.loads((both / "seeds.json").read_text())
-    best = [run_folder.read_summary(path)["best"] for path in seeds.members(both)]
+    best = [run_folder.read_summary(path)["best"] for path in seeds_folder.members(both)]
     assert [run["seed"] for run in told["runs"]] == told["seeds"] == [3, 4]
     speeds = [one["speed"] for one in best]
     assert told["best"]["speed"]["mean"] == pytest.approx(np.mean(speeds))
@@ -157,12 +158,12 @@ def test_stopped_by_a_signal_it_goes_on_bit_for_bit(both, tmp_path, monkeypatch)
     with monkeypatch.context() as patch:
         patch.setattr(Progress, "update", update)
         folder = run_many(CONFIG, tmp_path / "run", FIRST, COUNT, COMMAND)
-    for path in seeds.members(folder):
+    for path in seeds_folder.members(folder):
         assert run_folder.read_summary(path)["interrupted"]
         policy.load(path / run_folder.POLICY)
     assert all(run["interrupted"] for run in json.loads((folder / "seeds.json").read_text())["runs"])
     resume_many(folder)
-    for ours, theirs in zip(seeds.members(folder), seeds.members(both), strict=True):
+    for ours, theirs in zip(seeds_folder.members(folder), seeds_folder.members(both), strict=True):
         assert small.outcome(ours) == small.outcome(theirs)
 
 

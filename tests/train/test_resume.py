@@ -22,11 +22,12 @@ sys.path.append(str(Path(__file__).parent))
 
 import small
 
-from jaxwalk import run_folder
 from jaxwalk.common.errors import UserError
-from jaxwalk.progress import Progress
-from jaxwalk.run_folder import RunFolder
-from jaxwalk.train import loop, resume, run
+from jaxwalk.learn.runs import run_folder
+from jaxwalk.learn.runs.progress import Progress
+from jaxwalk.learn.runs.run_folder import RunFolder
+from jaxwalk.learn.train import device_loop
+from jaxwalk.learn.train.run import resume, run
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -212,7 +213,7 @@ def test_a_read_only_disk(stopped, whole, tmp_path):
 
 def test_out_of_memory_names_what_to_lower(tmp_path, monkeypatch):
     # A petabyte, asked of the machine for real.
-    monkeypatch.setattr(loop, "init", lambda *_: jnp.zeros(2**48).block_until_ready())
+    monkeypatch.setattr(device_loop, "init", lambda *_: jnp.zeros(2**48).block_until_ready())
     with pytest.raises(UserError, match=r"out of memory.*--train\.walkers 8 .*--ddpg\.replay-capacity 2048"):
         run(small.CONFIG, tmp_path / "run", 0, "jaxwalk train")
 

@@ -17,13 +17,15 @@ sys.path.append(str(Path(__file__).parent))
 
 import small
 
-from jaxwalk import policy, run_folder
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
 from jaxwalk.config.presets import PRESETS
-from jaxwalk.progress import Progress
+from jaxwalk.learn.policies import policy
+from jaxwalk.learn.runs import run_folder
+from jaxwalk.learn.runs.progress import Progress
+from jaxwalk.learn.train import device_loop, evaluation, finals
+from jaxwalk.learn.train.run import run
 from jaxwalk.task import collect
-from jaxwalk.train import assess, finals, loop, run
 
 SMOKE = PRESETS["smoke"]
 # Two reports at least, and updates in the second.
@@ -93,8 +95,8 @@ def test_a_score_that_is_not_finite_does_not_take_part(finished):
 
 
 def test_a_run_whose_evaluations_are_not_finite_ends_in_one_line(tmp_path, monkeypatch):
-    nothing = assess.Assessment(*[float("nan")] * 6)
-    monkeypatch.setattr(assess.Assessor, "__call__", lambda *_: nothing)
+    nothing = evaluation.Assessment(*[float("nan")] * 6)
+    monkeypatch.setattr(evaluation.Assessor, "__call__", lambda *_: nothing)
     with pytest.raises(UserError, match=r"no evaluation of the run in .* came to a finite score"):
         run(CONFIG, tmp_path / "run", 3, "jaxwalk train")
     assert not (tmp_path / "run" / "policy.safetensors").exists()
@@ -149,10 +151,10 @@ def test_same_seed_same_training_in_one_program(monkeypatch):
     window = collect.window
     monkeypatch.setattr(collect, "window", lambda *args: traces.append(1) or window(*args))
     mesh = devices.mesh()
-    advance = loop.make.__wrapped__(CONFIG, mesh)  # not one that was traced before
+    advance = device_loop.make.__wrapped__(CONFIG, mesh)  # not one that was traced before
 
     def train(seed: int):
-        state = loop.init(CONFIG, mesh, seed)
+        state = device_loop.init(CONFIG, mesh, seed)
         for _ in range(3):
             state = advance(state)
         keyless = state.replace(key=None, steppers=None)

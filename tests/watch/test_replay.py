@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 from chromium import PROGRAM, Browser
 
-from jaxwalk import cli, policy, subjects
+from jaxwalk import cli
 from jaxwalk.common.errors import UserError
-from jaxwalk.watch import data, page, replay
+from jaxwalk.learn.policies import named as subjects
+from jaxwalk.learn.policies import policy
+from jaxwalk.show.replay_page import data, page, replay
 
 IMPULSES = (-40.0, 120.0)  # the second one is lost
 SCRUB = """

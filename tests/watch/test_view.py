@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from jaxwalk import cli, recording, stage, subjects
-from jaxwalk.recording import Loop, Shove
-from jaxwalk.stage import Arrow
-from jaxwalk.watch import keys, view
-from jaxwalk.watch.keys import Wishes
-from jaxwalk.watch.session import Session
+from jaxwalk import cli
+from jaxwalk.learn.policies import named
+from jaxwalk.show import recording, scene
+from jaxwalk.show.recording import Loop, Shove
+from jaxwalk.show.scene import Arrow
+from jaxwalk.show.viewer import command, keys
+from jaxwalk.show.viewer.keys import Wishes
+from jaxwalk.show.viewer.session import Session
 
 
 def _typed(*pressed):
@@ -38,20 +40,20 @@ def test_space_pauses_and_r_restarts():
 
 @pytest.mark.parametrize(
     ("now", "windows", "due"),
-    [(4.99, 1, 5.02), (5.0, 1, 5.02), (5.03, 2, 5.04), (5.19, 10, 5.2), (9.0, view.CATCH_UP, 9.02)],
+    [(4.99, 1, 5.02), (5.0, 1, 5.02), (5.03, 2, 5.04), (5.19, 10, 5.2), (9.0, command.CATCH_UP, 9.02)],
 )
 def test_late_pictures_are_made_up_for_by_more_windows_within_limits(now, windows, due):
-    assert view.due_windows(now, 5.0, 0.02) == (windows, pytest.approx(due))
+    assert command.due_windows(now, 5.0, 0.02) == (windows, pytest.approx(due))
 
 
 @pytest.fixture(scope="module")
 def loop():
-    return Loop(subjects.load("fixed"), recording.SEGMENT)  # the program that films and pages use
+    return Loop(named.load("fixed"), recording.SEGMENT)  # the program that films and pages use
 
 
 @pytest.fixture(scope="module")
 def model():
-    return stage.model(subjects.load("fixed").config)
+    return scene.model(named.load("fixed").config)
 
 
 def test_a_push_by_key_is_the_push_of_a_recorded_walk(loop, model):

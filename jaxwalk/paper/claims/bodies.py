@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
-from jaxwalk import subjects
 from jaxwalk.config import BodyModel
+from jaxwalk.learn.policies import named
 from jaxwalk.paper import pictures
 from jaxwalk.paper.claim import BODIES, Claim, Numbers
 from jaxwalk.paper.lab import Lab, outlived, speeds_of
@@ -25,7 +25,7 @@ SECONDS = 10.0
 
 
 def measure(lab: Lab, model: BodyModel) -> Numbers:
-    subject, sample = subjects.load(lab.policy, model=model), lab.sample(model)
+    subject, sample = named.load(lab.policy, model=model), lab.sample(model)
     none = np.zeros(sample.walkers)
     calm = lab.trial(subject, lab.scenarios(subject, none, none, scenarios.CALM), SECONDS, what="walking")
     tally, up = calm.tally, outlived(calm)

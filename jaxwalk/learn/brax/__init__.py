@@ -1,0 +1,1 @@
+"""Brax's own learners on the same task, to compare with."""

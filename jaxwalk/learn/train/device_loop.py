@@ -1,0 +1,235 @@
+"""The training loop that stays on the device: collect a window, remember it, learn from memory.
+
+Walkers and replay are split over the devices of a mesh, the learner is replicated and its
+gradients are averaged; on a CPU the devices are its cores. Nothing that is drawn depends on how many
+there are: walkers have keys of their own, and so have the replay's rings, which `rings` counts. What
+remains is rounding, for sums are ordered otherwise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cache, partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from flax import struct
+from jax.sharding import Mesh, NamedSharding, PartitionSpec
+from jaxtyping import Array, Float, Int, Key, PRNGKeyArray
+
+from jaxwalk.common.parallel import collectives
+from jaxwalk.common.parallel.devices import AXIS
+from jaxwalk.config import Config
+from jaxwalk.control.person import Person
+from jaxwalk.learn.ddpg import learner, noise, replay_buffer
+from jaxwalk.learn.ddpg.learner import LearnerState
+from jaxwalk.learn.ddpg.replay_buffer import Replay
+from jaxwalk.task import collect, footstep, spawn
+from jaxwalk.task.stepper import Stepper, Task
+
+
+@struct.dataclass
+class Counts:
+    """Sums since the last report, equal on all devices.
+
+    Attributes:
+      footsteps: closed. falls, truncations: episodes that ended so. broken: those of the falls
+        that a number that is not finite ended.
+      reward, speed, length, seconds: sums over footsteps (m/s, m, s).
+    """
+
+    footsteps: Float[Array, ""]
+    falls: Float[Array, ""]
+    truncations: Float[Array, ""]
+    broken: Float[Array, ""]
+    reward: Float[Array, ""]
+    speed: Float[Array, ""]
+    length: Float[Array, ""]
+    seconds: Float[Array, ""]
+
+
+@struct.dataclass
+class TrainState:
+    """Everything that training changes. W walkers and their replay are sharded, the rest is replicated.
+
+    Attributes:
+      steppers: [W] walkers in mid-step.
+      replay: [R] rings, of W / R walkers each.
+      learner: networks, optimisers, statistics.
+      counts: since the last report.
+      footsteps: gathered in all.
+      owed: updates due, fractions included.
+      key: of exploration, renewals and sampling.
+    """
+
+    steppers: Stepper
+    replay: Replay
+    learner: LearnerState
+    counts: Counts
+    footsteps: Float[Array, ""]
+    owed: Float[Array, ""]
+    key: PRNGKeyArray
+
+
+def _no_counts() -> Counts:
+    return Counts(*[jnp.zeros(())] * 8)
+
+
+def _specs() -> TrainState:
+    split, same = PartitionSpec(AXIS), PartitionSpec()
+    return TrainState(split, split, same, same, same, same, same)
+
+
+def rings(config: Config) -> int:
+    """R: walkers and batch are split evenly over the rings, and these over the devices."""
+    return math.gcd(config.train.walkers, config.ddpg.batch_size)
+
+
+def init(config: Config, mesh: Mesh, seed: int) -> TrainState:
+    """A run at its start, laid out over the mesh, whose devices must divide `rings`."""
+    program = _initial(config, mesh)
+    collectives.meet()  # compiled, or one that has to would keep the others waiting amid the program
+    return program(np.uint32(seed))
+
+
+@cache
+def _initial(config: Config, mesh: Mesh) -> Callable[[Any], TrainState]:
+    return jax.jit(_build(config), out_shardings=shardings(mesh)).lower(np.uint32(0)).compile()
+
+
+def layout(config: Config) -> TrainState:
+    """What ``init`` gives, types and shapes only."""
+    return jax.eval_shape(_build(config), np.uint32(0))
+
+
+def shardings(mesh: Mesh) -> TrainState:
+    """How the parts of a ``TrainState`` lie on the mesh."""
+    return jax.tree.map(
+        lambda spec: NamedSharding(mesh, spec), _specs(), is_leaf=lambda x: isinstance(x, PartitionSpec)
+    )
+
+
+def _build(config: Config) -> Callable[[Any], TrainState]:
+    task, count = Task.of(config), rings(config)
+
+    def build(seed: Any) -> TrainState:
+        walkers_key, learner_key, key = jax.random.split(jax.random.key(seed), 3)
+        keys = jax.random.split(walkers_key, config.train.walkers)
+        steppers = jax.vmap(partial(spawn.walker, config, task))(keys)
+        capacity = max(config.ddpg.replay_capacity, config.ddpg.batch_size) // count
+        example = jax.tree.map(lambda x: x[0], steppers.last.transition)
+        return TrainState(
+            steppers=steppers,
+            replay=replay_buffer.init(count, capacity, example),
+            learner=learner.init(config.ddpg, learner_key, len(config.observation), _initial_action(config)),
+            counts=_no_counts(),
+            footsteps=jnp.zeros(()),
+            owed=jnp.zeros(()),
+            key=key,
+        )
+
+    return build
+
+
+def _initial_action(config: Config) -> tuple[float, ...]:
+    with jax.ensure_compile_time_eval():
+        who = Person.of(config.gait, jnp.float32(config.body.height), jnp.float32(config.body.mass))
+        return tuple(float(x) for x in footstep.nominal_action(who))
+
+
+def make(config: Config, mesh: Mesh, remembers: bool = True, learns: bool = True):
+    """The compiled loop, TrainState -> TrainState, a report's windows further; it donates its input.
+
+    Args:
+      remembers, learns: parts that the benchmark leaves out: replay and statistics; the updates.
+    """
+    report = on_device(config, mesh.size, remembers, learns)
+    mapped = jax.shard_map(report, mesh=mesh, in_specs=(_specs(),), out_specs=_specs(), check_vma=False)
+    return jax.jit(mapped, donate_argnums=0)
+
+
+def on_device(
+    config: Config, devices: int, remembers: bool = True, learns: bool = True
+) -> Callable[[TrainState], TrainState]:
+    """What ``make`` runs on each of ``devices`` devices along `AXIS`, with that one's share of the state."""
+    task, share = Task.of(config), config.ddpg.batch_size // rings(config)
+    total = float(config.train.footsteps)
+
+    def gather(state: TrainState, key: PRNGKeyArray) -> TrainState:
+        mine = _mine(config.train.walkers, devices)
+        scales = noise.scale(config.ddpg, state.footsteps / total, config.train.walkers)[mine]
+
+        def act(observation: Float[Array, "B O"], keys: Key[Array, " B"]) -> Float[Array, "B 2"]:
+            return jax.vmap(noise.perturb)(learner.act(config.ddpg, state.learner, observation), keys, scales)
+
+        steppers, brought = collect.window(config, task, state.steppers, act, _keys(key, mine))
+        steps, closed = brought.footsteps, brought.footsteps.closed
+        sums = Counts(
+            footsteps=jnp.sum(closed, dtype=jnp.float32),
+            falls=jnp.sum(brought.fell, dtype=jnp.float32),
+            truncations=jnp.sum(brought.truncated, dtype=jnp.float32),
+            broken=jnp.sum(brought.broken, dtype=jnp.float32),
+            reward=_sum(closed, steps.transition.reward),
+            speed=_sum(closed, steps.speed),
+            length=_sum(closed, steps.length),
+            seconds=_sum(closed, steps.seconds),
+        )
+        sums = jax.lax.psum(sums, AXIS)
+        if remembers:
+            state = state.replace(
+                replay=replay_buffer.add(state.replay, steps.transition, closed),
+                learner=learner.observe(state.learner, steps.transition.observation, closed, axis_name=AXIS),
+            )
+        return state.replace(
+            steppers=steppers,
+            counts=jax.tree.map(jnp.add, state.counts, sums),
+            footsteps=state.footsteps + sums.footsteps,
+            owed=state.owed + sums.footsteps * config.ddpg.updates_per_footstep,
+        )
+
+    def learn(state: TrainState, key: PRNGKeyArray) -> TrainState:
+        filled = jax.lax.pmin(jnp.min(state.replay.size), AXIS) > 0  # nothing is drawn from an empty ring
+        ready = (state.footsteps >= config.ddpg.warmup) & filled
+        due = jnp.where(ready, jnp.floor(state.owed), 0.0)
+        count = rings(config)
+        mine = _mine(count, devices)
+
+        def update(i: Array, current: LearnerState) -> LearnerState:
+            sample_key, noise_key = jax.random.split(jax.random.fold_in(key, i))
+            bits = jax.random.bits(sample_key, (count, share), jnp.uint32)
+            drawn = replay_buffer.sample(state.replay, bits[mine])
+            keys = _keys(noise_key, _mine(count * share, devices))
+            return learner.update(config.ddpg, current, drawn, keys, axis_name=AXIS)[0]
+
+        learned = jax.lax.fori_loop(0, due.astype(jnp.int32), update, state.learner)
+        # What fell due before the first update is forgiven, or it would all come at once.
+        return state.replace(learner=learned, owed=jnp.where(ready, state.owed - due, 0.0))
+
+    def turn(state: TrainState, _: None) -> tuple[TrainState, None]:
+        key, collect_key, learn_key = jax.random.split(state.key, 3)
+        state = gather(state, collect_key)
+        return (learn(state, learn_key) if learns else state).replace(key=key), None
+
+    def report(state: TrainState) -> TrainState:
+        fresh = state.replace(counts=_no_counts())
+        return jax.lax.scan(turn, fresh, length=config.train.windows_per_report)[0]
+
+    return report
+
+
+def _mine(count: int, devices: int) -> Int[Array, " N"]:
+    """Which of ``count`` are this device's, as indices into all."""
+    local = count // devices
+    return jax.lax.axis_index(AXIS) * local + jnp.arange(local)
+
+
+def _keys(key: PRNGKeyArray, index: Int[Array, " N"]) -> Key[Array, " N"]:
+    """A key for each of those that ``index`` counts [N]."""
+    return jax.vmap(jax.random.fold_in, in_axes=(None, 0))(key, index)
+
+
+def _sum(mask: Array, values: Array) -> Array:
+    return jnp.sum(jnp.where(mask, values, 0.0))

@@ -1,0 +1,134 @@
+"""The evaluation within training: graded pushes without exploration, one number to rank policies by."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.sharding import Mesh
+
+from jaxwalk.common.parallel import collectives, devices
+from jaxwalk.config import Config
+from jaxwalk.learn.ddpg import learner
+from jaxwalk.learn.ddpg.learner import LearnerState
+from jaxwalk.model.engine import Setup
+from jaxwalk.task import backend, scenarios
+from jaxwalk.task.stepper import Task
+from jaxwalk.task.trials import BINS, Act, Params, Profile, Runner, Trial
+
+IMPULSES = (60.0, 70.0, 80.0, -60.0, -80.0, -100.0)
+PHASES = 16
+CALM = 16  # walkers that nobody pushes
+PUSHED, MORE_CALM = 960, 64  # by native code: the survival's standard error is then below 1 % from 90 % on
+SECONDS = 8.0
+SPEED_TOLERANCE = 0.045  # m/s; the aim is 0.05
+
+
+@dataclass(frozen=True)
+class Marks:
+    """How a policy did under the graded pushes.
+
+    Attributes:
+      score: mean survival under pushes, less falls of the calm and their speed's error.
+      survival: share that outlived its push. calm: share of the unpushed that did not fall.
+      speed: of the unpushed, m/s.
+    """
+
+    score: float
+    survival: float
+    calm: float
+    speed: float
+
+
+@dataclass(frozen=True)
+class Assessment(Marks):
+    """What an evaluation within training found.
+
+    Attributes:
+      predicted, real: discounted return from the first decision, as the critic believed and as it
+        came (what lies beyond the evaluation is the critic's word).
+    """
+
+    predicted: float
+    real: float
+
+
+class Exam:
+    """The graded pushes, the same ones each time, for any policy of one kind.
+
+    Each process takes an equal share of them on its own devices, and all know what came of all.
+
+    Args:
+      act: the policy on one observation; its parameters are handed over with each call.
+      seed: of the starts and the noise.
+      purpose: of the seed's keys, as in `scenarios`.
+      impulses: N s, each at every phase. replicas: walkers for each of those, at least.
+    """
+
+    def __init__(
+        self,
+        config: Config,
+        act: Act,
+        mesh: Mesh,
+        seed: int,
+        purpose: int = scenarios.ASSESS,
+        impulses: Sequence[float] = IMPULSES,
+        replicas: int = 1,
+    ) -> None:
+        self.config, self.act = config, act
+        rows = [(impulse, phase / PHASES) for impulse in impulses for phase in range(PHASES)]
+        calm = CALM
+        if backend.native_here(Setup.of(config)):
+            replicas, calm = max(replicas, -(-PUSHED // len(rows))), MORE_CALM
+        impulse, phase = np.array(rows * replicas + [(0.0, 0.0)] * calm, np.float32).T
+        count = len(impulse)
+        # Calm names the policy, not the sensors: those are as noisy as in training.
+        self.scenarios = scenarios.batch(config, impulse, phase, scenarios.keys(seed, purpose, count))
+        self.is_calm = impulse == 0
+        self.runner = Runner(Task.of(config), act, len(collectives.share(count)), devices.local(mesh))
+        self.profile = Profile(jnp.zeros(BINS), jnp.float32(0.6))
+
+    def __call__(self, params: Params) -> tuple[Marks, Trial]:
+        """Run all scenarios, without exploration; ``params`` as `devices.here` gives them."""
+        mine = collectives.share(len(self.is_calm))
+        own = jax.tree.map(lambda x: x[mine], self.scenarios)
+        trials = collectives.gather(self.runner.run(params, self.config.gait, self.profile, own, SECONDS))
+        trials = jax.tree.map(lambda x: x[: len(self.is_calm)], trials)
+        return self.mark(trials), trials
+
+    def mark(self, trials: Trial) -> Marks:
+        """What the scenarios' trials tell."""
+        up, calm = ~trials.state.terminated, self.is_calm
+        # A trial whose push was never reached counts by its fall alone.
+        survival, quiet = float(up[~calm].mean()), float(up[calm].mean())
+        seconds = np.maximum(trials.tally.seconds[calm], 1e-3)
+        speed = float((trials.tally.distance[calm] / seconds).mean())
+        off = max(0.0, abs(speed - self.config.gait.speed_desired) - SPEED_TOLERANCE)
+        return Marks(survival - (1.0 - quiet) - 8.0 * off, survival, quiet, speed)
+
+
+class Assessor:
+    """Examines learners of one run, and holds their critics against what came."""
+
+    def __init__(self, config: Config, mesh: Mesh, seed: int) -> None:
+        self.exam = Exam(
+            config, lambda state, observation: learner.act(config.ddpg, state, observation), mesh, seed
+        )
+        self._value = jax.jit(
+            lambda state, o: learner.value(config.ddpg, state, o, learner.act(config.ddpg, state, o))
+        )
+
+    def __call__(self, state: LearnerState) -> Assessment:
+        """Examine the learner's actor; ``state`` as `devices.here` gives it."""
+        marks, trials = self.exam(state)
+        return self.judge(state, marks, trials)
+
+    def judge(self, state: LearnerState, marks: Marks, trials: Trial) -> Assessment:
+        """Hold the critic against what came of the examination."""
+        predicted = np.asarray(self._value(state, trials.first))
+        beyond = np.asarray(self._value(state, trials.state.observation))
+        real = trials.earned + trials.weight * np.where(trials.state.terminated, 0.0, beyond)
+        return Assessment(**asdict(marks), predicted=float(predicted.mean()), real=float(real.mean()))

@@ -1,0 +1,77 @@
+"""The last examination: a run's best policies once more, under more pushes than those that ranked them.
+
+The best of many small evaluations is partly the luckiest one, and they push so hard that a rare fall
+under a small push goes unseen. The few best meet fresh starts and noise, and all sizes of push.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import jax
+import jax.numpy as jnp
+from jax.sharding import Mesh
+
+from jaxwalk.config import Config
+from jaxwalk.learn.policies import policy
+from jaxwalk.learn.policies.policy import Policy
+from jaxwalk.learn.train.evaluation import Exam, Marks
+from jaxwalk.task import scenarios
+
+IMPULSES = (40.0, 50.0, 60.0, 70.0, 80.0, -40.0, -50.0, -60.0, -80.0, -100.0)
+REPLICAS = 2
+
+
+class Finals:
+    """The best policies of one run so far, and how it is settled between them.
+
+    Args:
+      seed: of the run.
+
+    Attributes:
+      examine: gives the marks of policies; who examines several runs at once puts another in its place.
+    """
+
+    def __init__(self, config: Config, mesh: Mesh, seed: int) -> None:
+        self._config, self._mesh, self._seed, self._most = config, mesh, seed, config.train.finalists
+        self._entered: list[tuple[Policy, float]] = []
+        self.examine: Callable[[Sequence[Policy]], Sequence[Marks]] = self._examine
+
+    def enter(self, candidate: Policy, score: float) -> None:
+        """A policy and the score of its evaluation; those that cannot win any more are dropped.
+
+        One whose score is not finite does not take part.
+        """
+        if not math.isfinite(score):
+            return
+        kept = jax.tree.map(jnp.copy, candidate)  # training donates its buffers
+        self._entered = sorted([*self._entered, (kept, score)], key=lambda one: -one[1])[: self._most]
+
+    @property
+    def entered(self) -> list[tuple[int, float]]:
+        """(footsteps, score) of those that can still win, the best first."""
+        return [(one.metadata.footsteps, score) for one, score in self._entered]
+
+    @property
+    def finalists(self) -> list[Policy]:
+        """Those that are to meet, the best first; none where fewer than two are to."""
+        return [] if self._most < 2 else [one for one, _ in self._entered]
+
+    def settle(self) -> list[tuple[Policy, Marks]]:
+        """The finalists with their marks, the winner first; of equals, the one that was evaluated better.
+
+        Empty where fewer than two are to meet: then the best evaluation stands.
+        """
+        examined = zip(self.finalists, self.examine(self.finalists), strict=True)
+        return sorted(examined, key=lambda found: -found[1].score)
+
+    def exam(self) -> Exam:
+        """What they are put through; its parameters are a policy without origin."""
+        return Exam(self._config, policy.act, self._mesh, self._seed, scenarios.FINALS, IMPULSES, REPLICAS)
+
+    def _examine(self, policies: Sequence[Policy]) -> list[Marks]:
+        if not policies:
+            return []
+        exam = self.exam()
+        return [exam(policy.without_origin(one))[0] for one in policies]

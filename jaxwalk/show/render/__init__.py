@@ -1,0 +1,1 @@
+"""``jaxwalk render``: a walk as film, strip of poses or page."""

@@ -1,0 +1,85 @@
+"""``jaxwalk render``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from jaxwalk.cli import checks
+from jaxwalk.cli.parse import OptionalFloat, OptionalModel, Policy, parse
+from jaxwalk.common import files
+from jaxwalk.common.errors import UserError
+
+SUFFIXES = (".mp4", ".gif", ".png")
+
+
+@dataclass(frozen=True)
+class RenderArgs:
+    """Draw a policy's walk, with a push if wanted: a film (mp4, gif) or a strip of poses (png)."""
+
+    policy: Policy
+    out: Path
+    """File to draw into, replaced if there; .mp4, .gif or .png."""
+    seconds: float = 8.0
+    """How long the walk lasts, s."""
+    speed: float = 1.0
+    """Forward speed that is asked for, m/s."""
+    push: float = 0.0
+    """Impulse of the push, N s; positive pushes forward, 0 is none."""
+    push_time: float = 3.0
+    """When the push begins, s."""
+    push_height: float = 0.0
+    """Where the push lands, m above the torso's centre."""
+    push_duration: float = 0.1
+    """How long the push lasts, s."""
+    height: OptionalFloat = None
+    """Stature, m. Default: that of the policy's configuration."""
+    mass: OptionalFloat = None
+    """Mass, kg. Default: that of the policy's configuration."""
+    model: OptionalModel = None
+    noise: float = 1.0
+    """Scale of the sensors' noise and bias: 1 realistic, 0 none."""
+    width: int = 960
+    """Width of the picture, pixels."""
+    height_px: int = 540
+    """Height of the picture, pixels."""
+    fps: int = 30
+    """Frames per second of film."""
+    seed: int = 0
+    """Seed of everything that is drawn at random."""
+
+    def check(self) -> None:
+        """Raises:
+        UserError: an option out of its range.
+        """
+        checks.policy(self.policy)
+        if self.out.suffix.lower() not in SUFFIXES:
+            raise UserError(f"--out {self.out}: give a file that ends in {', '.join(SUFFIXES)}")
+        files.check_output("--out", self.out)
+        checks.between("--seconds", self.seconds, 0.1, 600.0, " s")
+        checks.between("--speed", self.speed, 0.1, 3.0, " m/s")
+        checks.between("--push", self.push, -1000.0, 1000.0, " N s")
+        if self.push != 0:
+            checks.between("--push-time", self.push_time, 0.0, self.seconds, " s, within --seconds")
+        checks.between("--push-height", self.push_height, -1.0, 1.0, " m")
+        checks.push_seconds("--push-duration", self.push_duration)
+        checks.person(self.height, self.mass)
+        checks.between("--noise", self.noise, 0.0, 100.0, "")
+        # The models' off-screen buffer is 1920 x 1080; half the pixels of a film must be even.
+        checks.between("--width", self.width, 64, 1920, " pixels")
+        checks.between("--height-px", self.height_px, 64, 1080, " pixels")
+        checks.between("--fps", self.fps, 1, 120, "")
+        checks.seed(self.seed)
+
+
+def run(argv: Sequence[str]) -> None:
+    args = parse(RenderArgs, argv, "render")
+    args.check()
+
+    from jaxwalk.common import runtime
+
+    runtime.setup()
+    from jaxwalk.show.render import command
+
+    command.main(args)

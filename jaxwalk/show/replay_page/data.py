@@ -1,0 +1,57 @@
+"""Recorded walks as compact JSON: whole millimetres, milliradians and milliseconds, and back."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from jaxwalk.model import mjcf
+from jaxwalk.show.recording import Shove, Walk, camera_path
+
+POSE_SECONDS = 0.01  # about so long from pose to pose
+UNIT = 1e-3  # what a whole number stands for: m, rad, m/s, s
+COLUMNS = ("x", "z", "pitch", *mjcf.PLANAR.joints[3:])
+"""Of a pose, in the order of the planar ``qpos``."""
+
+
+def stride(walk: Walk) -> int:
+    """Ticks from pose to pose."""
+    return max(1, round(POSE_SECONDS / walk.timestep))
+
+
+def encode(walk: Walk, shove: Shove | None) -> dict[str, Any]:
+    """One walk; ``columns``, ``camera`` and ``speed`` hold a value per pose, in thousandths of SI units.
+
+    ``speed`` ends at a fall. ``footfalls``: (time, leg, length, seconds) each, see `recording.Footfall`.
+    """
+    step = stride(walk)
+    push = None
+    if shove is not None and walk.push is not None:
+        start, end = walk.push
+        push = {"impulse": shove.impulse, "start": start, "end": end, "height": shove.height}
+    return {
+        "push": push,
+        "fell": walk.fell,
+        "step": round(step * walk.timestep, 9),
+        "columns": {name: _whole(values) for name, values in zip(COLUMNS, walk.qpos[::step].T, strict=True)},
+        "camera": _whole(camera_path(walk)[::step]),
+        "speed": _whole(walk.speed[::step]),
+        "footfalls": [
+            [*_whole(np.array([f.time])), f.leg, *_whole(np.array([f.length, f.seconds]))]
+            for f in walk.footfalls
+        ],
+    }
+
+
+def poses(encoded: dict[str, Any]) -> np.ndarray:
+    """[P, 9] ``qpos`` of an encoded walk, ``encoded["step"]`` s apart.
+
+    Raises:
+      KeyError, TypeError, ValueError: it is not what `encode` gives.
+    """
+    return np.stack([np.asarray(encoded["columns"][name], np.float64) for name in COLUMNS], axis=1) * UNIT
+
+
+def _whole(values: np.ndarray) -> list[int]:
+    return np.rint(np.asarray(values, np.float64) / UNIT).astype(int).tolist()

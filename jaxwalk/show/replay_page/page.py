@@ -1,0 +1,106 @@
+"""One HTML file that replays walks: it loads nothing, and what names hold is text, never markup."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from html.parser import HTMLParser
+from importlib import resources
+from typing import Any
+
+import jinja2
+from markupsafe import Markup
+
+
+@dataclass(frozen=True)
+class Page:
+    """All that the page says.
+
+    Attributes:
+      policy: as it was asked for.
+      lead: one sentence under it.
+      facts: (name, value) of the policy and of the walks.
+      content: what is replayed, plain JSON values, see `replay.content`.
+    """
+
+    policy: str
+    lead: str
+    facts: tuple[tuple[str, str], ...]
+    content: Mapping[str, Any]
+
+    @property
+    def data(self) -> Markup:
+        """``content`` as JSON that ends no script element and opens no comment."""
+        text = json.dumps(self.content, separators=(",", ":"), allow_nan=False)
+        for sign in "<>&\u2028\u2029":
+            text = text.replace(sign, f"\\u{ord(sign):04x}")
+        return Markup(text)
+
+    @property
+    def style(self) -> Markup:
+        return _part("page.css")
+
+    @property
+    def script(self) -> Markup:
+        return _part("page.js")
+
+    @property
+    def style_hash(self) -> str:
+        return _hash(self.style)
+
+    @property
+    def script_hash(self) -> str:
+        """The one script that the page's own policy lets a browser run."""
+        return _hash(self.script)
+
+
+def render(page: Page) -> bytes:
+    """The HTML file, UTF-8."""
+    environment = jinja2.Environment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    return environment.from_string(_part("page.html")).render(page=page).encode(errors="backslashreplace")
+
+
+def read(page: bytes) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """What a page made by `render` replays, and the addresses that it would load, found by an HTML parser.
+
+    Raises:
+      ValueError: it holds no data, or data that are no JSON.
+    """
+    parser = _Parser()
+    parser.feed(page.decode())
+    parser.close()
+    return json.loads("".join(parser.data)), tuple(parser.addresses)
+
+
+class _Parser(HTMLParser):
+    def __init__(self) -> None:
+        super().__init__()
+        self.data: list[str] = []
+        self.addresses: list[str] = []
+        self._within = False
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self._within = tag == "script" and ("id", "data") in attrs
+        for name, value in attrs:
+            if name in ("src", "href", "srcset", "action", "data") and not (value or "").startswith("data:"):
+                self.addresses.append(value or "")
+
+    def handle_endtag(self, tag: str) -> None:
+        self._within = False
+
+    def handle_data(self, data: str) -> None:
+        if self._within:
+            self.data.append(data)
+
+
+def _part(name: str) -> Markup:
+    return Markup(resources.files("jaxwalk.show.replay_page").joinpath(name).read_text(encoding="utf-8"))
+
+
+def _hash(text: str) -> str:
+    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
