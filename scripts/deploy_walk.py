@@ -14,12 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from jaxwalk import deploy, evaluate
-from jaxwalk.cli.evaluate import EvaluateArgs
+from jaxwalk import deploy
 from jaxwalk.common import files, runtime
 from jaxwalk.config import Config
 from jaxwalk.export import c_runtime, closed_loop, command
 from jaxwalk.learn.policies import named
+from jaxwalk.measure.evaluate import evaluation
+from jaxwalk.measure.evaluate.options import EvaluateArgs
 
 
 def walked(config: Config, controller: Any, args: argparse.Namespace) -> dict[str, Any]:
@@ -48,7 +49,7 @@ def in_jax(args: argparse.Namespace) -> dict[str, Any]:
         policy=args.policy, walkers=args.walkers, seconds=args.seconds, impulses=tuple(args.impulses),
         phases=args.phases, replicas=args.replicas, engine="mujoco",
     )  # fmt: skip
-    found = evaluate.evaluate(named.load(args.policy), asked)
+    found = evaluation.evaluate(named.load(args.policy), asked)
     survived = zip(args.impulses, found["pushes"]["survival"], strict=True)
     return {
         "never_fell": found["walking"]["survival"],

@@ -21,13 +21,13 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk.bench import stages
-from jaxwalk.bench.command import configured
-from jaxwalk.bench.programs import bare_steps, record, sharded, split, standing, unpushed, walk_ticks
-from jaxwalk.cli.parse import Numbers, OptionalFile, parse
 from jaxwalk.common import files, runtime
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
+from jaxwalk.measure.bench import stages
+from jaxwalk.measure.bench.programs import bare_steps, record, sharded, split, standing, unpushed, walk_ticks
+from jaxwalk.measure.bench.setting import configured
+from jaxwalk.options.parse import Numbers, OptionalFile, parse
 from jaxwalk.task import backend
 from jaxwalk.task.stepper import Task
 

@@ -17,9 +17,9 @@ import tyro
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk.cli.parse import Numbers, parse
 from jaxwalk.common.errors import UserError
 from jaxwalk.learn.runs import run_folder
+from jaxwalk.options.parse import Numbers, parse
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk.cli import checks
 from jaxwalk.config import GRAVITY, GaitConfig
 from jaxwalk.learn.policies import named
+from jaxwalk.options import checks
 from jaxwalk.task import footstep, rules
 from jaxwalk.task.rules import CapturePoint, Constant, Raibert
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from jaxwalk.bench import command, programs, rounds, scaling
-from jaxwalk.cli.bench import BenchArgs
 from jaxwalk.config import Config
+from jaxwalk.measure.bench import command, programs, rounds, scaling
+from jaxwalk.measure.bench.options import BenchArgs
 from jaxwalk.task.stepper import Task
 
 SIZE = 2 * jax.device_count()

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import pytest
 
-from jaxwalk.bench import costs
+from jaxwalk.measure.bench import costs
 
 N = 64
 PRODUCT = 2 * N**3  # flops

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from jaxwalk.bench import batches, command, picture, programs, scaling, stages
-from jaxwalk.cli.bench import BenchArgs
-from jaxwalk.cli.parse import parse
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config
 from jaxwalk.control import walker
 from jaxwalk.control.person import model_of
+from jaxwalk.measure.bench import batches, picture, programs, scaling, setting, stages
+from jaxwalk.measure.bench.options import BenchArgs
 from jaxwalk.model import pushes
+from jaxwalk.options.parse import parse
 from jaxwalk.task.stepper import Task
 
 SIZE = 2 * jax.device_count()
@@ -131,7 +131,7 @@ def test_the_stages_of_one_walker_go_one_way():
 @pytest.mark.slow
 def test_training_up_to_a_stage_collects_what_the_whole_of_it_does():
     """Before the first update nothing tells the loop with updates from the one without."""
-    base = command.configured(SIZE)
+    base = setting.configured(SIZE)
     config = dataclasses.replace(
         base,
         train=dataclasses.replace(base.train, windows_per_report=50),
@@ -140,7 +140,7 @@ def test_training_up_to_a_stage_collects_what_the_whole_of_it_does():
     mesh = batches.devices.mesh(SIZE)
     after = {}
     for name in (stages.POLICY, stages.REPLAY, stages.LOOP):
-        state = batches.loop.init(config, mesh, 0)
+        state = batches.device_loop.init(config, mesh, 0)
         after[name] = stages.of_training(name, config, mesh)(state)
     whole, replay, policy = (after[name] for name in (stages.LOOP, stages.REPLAY, stages.POLICY))
     assert whole.counts.footsteps > 0 and whole.learner.updates == 0

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from jaxwalk import capturability
-from jaxwalk.capturability import Pendulum
+from jaxwalk.measure.push_map import capturability
+from jaxwalk.measure.push_map.capturability import Pendulum
 
 PENDULUM = Pendulum(height=1.0, mass=75.0, step=0.6, seconds=0.6, longest=0.8, shortest=0.3)
 TIMES = np.array([0.0, 0.15, 0.3, 0.45, 0.6])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from jaxwalk import statistics
+from jaxwalk.measure import survival
 
 
 @pytest.mark.parametrize(
@@ -19,7 +19,7 @@ from jaxwalk import statistics
     ],
 )
 def test_wilsons_interval(survivors, trials, low, high):
-    found = statistics.wilson(np.array([survivors]), trials)
+    found = survival.wilson(np.array([survivors]), trials)
     np.testing.assert_allclose(np.concatenate(found), [low, high], atol=1e-4)
 
 
@@ -37,13 +37,13 @@ def test_wilsons_interval(survivors, trials, low, high):
     ],
 )
 def test_a_threshold_is_survived_with_all_below_it(table, forward, backward):
-    found = statistics.threshold([float(i) for i in table], list(table.values()))
+    found = survival.threshold([float(i) for i in table], list(table.values()))
     assert found == {"forward": forward, "backward": backward}
 
 
 def test_the_worst_phase_is_each_way_the_weakest():
-    each = statistics.each_phase([-20.0, 10.0, 20.0], [[1.0, 1.0], [1.0, 1.0], [1.0, 0.5]])
+    each = survival.each_phase([-20.0, 10.0, 20.0], [[1.0, 1.0], [1.0, 1.0], [1.0, 0.5]])
     assert each == [{"forward": 20, "backward": 20}, {"forward": 10, "backward": 20}]
-    assert statistics.worst_phase(each) == {"forward": 10, "backward": 20}
-    one_way = statistics.each_phase([10.0], [[1.0, 0.0]])
-    assert statistics.worst_phase(one_way) == {"forward": 0, "backward": None}
+    assert survival.worst_phase(each) == {"forward": 10, "backward": 20}
+    one_way = survival.each_phase([10.0], [[1.0, 0.0]])
+    assert survival.worst_phase(one_way) == {"forward": 0, "backward": None}

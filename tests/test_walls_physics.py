@@ -5,12 +5,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk import evaluate
-from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.config import BodyConfig, Config
 from jaxwalk.control import controllers, walker
 from jaxwalk.control.person import Person, model_of, skeleton
 from jaxwalk.learn.policies import named
+from jaxwalk.measure.evaluate import evaluation
+from jaxwalk.measure.evaluate.options import EvaluateArgs
 from jaxwalk.model import engine, mjcf
 from jaxwalk.model.engine import Setup
 from jaxwalk.task import sway
@@ -123,7 +123,7 @@ def test_an_evaluation_tells_of_the_walls():
     args = EvaluateArgs(
         policy="fixed", walkers=4, seconds=8.0, impulses=(-20.0,), phases=2, replicas=2, engine="mujoco"
     )
-    result = evaluate.evaluate(named.load("fixed", model="walls"), args)
+    result = evaluation.evaluate(named.load("fixed", model="walls"), args)
     assert result["walking"]["survival"] == 1.0 and result["config"]["body"]["model"] == "walls"
     assert result["walking"]["speed_mean"] == pytest.approx(1.0, abs=0.1)
     assert np.mean(result["pushes"]["survival"]) == 1.0

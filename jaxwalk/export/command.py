@@ -10,17 +10,17 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk.cli import lines
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
 from jaxwalk.export import c, manifest, onnx, selftest, stablehlo, tensors
 from jaxwalk.learn.policies import named, policy
 from jaxwalk.learn.runs import run_folder
+from jaxwalk.options import lines
 from jaxwalk.show.replay_page import replay
 from jaxwalk.show.replay_page.replay import Replay
 
 if TYPE_CHECKING:
-    from jaxwalk.cli.export import ExportArgs
+    from jaxwalk.export.options import ExportArgs
 
 _VECTORS = 64
 WRITERS = {

@@ -15,17 +15,17 @@ from matplotlib.figure import Figure
 from PIL import Image
 from rich.console import Console
 
-from jaxwalk import evaluate
-from jaxwalk.cli import lines
-from jaxwalk.cli.paper import NAMES, PaperArgs
 from jaxwalk.common import figures, files
 from jaxwalk.common.errors import UserError
 from jaxwalk.learn.policies import named
 from jaxwalk.learn.policies.named import Subject
+from jaxwalk.measure import screen
+from jaxwalk.options import lines
 from jaxwalk.paper import page, trainings
 from jaxwalk.paper.claim import Claim
 from jaxwalk.paper.claims import registry
 from jaxwalk.paper.lab import Lab
+from jaxwalk.paper.options import NAMES, PaperArgs
 from jaxwalk.paper.page import Ours, Page, Told
 from jaxwalk.paper.store import Store
 from jaxwalk.paper.verdict import Verdict
@@ -47,7 +47,7 @@ def main(args: PaperArgs) -> None:
     for name in store.claims:
         _said(claims[name], store)  # what is damaged is said before minutes of measuring
     wanted = [claims[name] for name in NAMES if name in (args.only or NAMES)]
-    with evaluate.bars(console) as tell_share:
+    with screen.bars(console) as tell_share:
         lab = Lab(args.policy, args.trainings, args.quick, args.seed, tell_share)
         for place, claim in enumerate(wanted, 1):
             which = f"{place} of {len(wanted)}: {claim.name}"

@@ -15,13 +15,13 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from jaxwalk import evaluate
-from jaxwalk.cli.evaluate import EvaluateArgs
 from jaxwalk.config import BodyModel, GaitConfig
-from jaxwalk.evaluate import AFTER_PUSH, BEFORE_PUSH, Programs
 from jaxwalk.learn.policies import named
 from jaxwalk.learn.policies.named import Subject
 from jaxwalk.learn.train.evaluation import IMPULSES
+from jaxwalk.measure.evaluate import evaluation
+from jaxwalk.measure.evaluate.evaluation import AFTER_PUSH, BEFORE_PUSH, Programs
+from jaxwalk.measure.evaluate.options import EvaluateArgs
 from jaxwalk.model import push_points
 from jaxwalk.model.burdens import Burden
 from jaxwalk.paper import trace, trainings
@@ -144,7 +144,7 @@ class Lab:
         """Of unpushed walking, which recovery is held against."""
         none = np.zeros(self.sample(model).walkers)
         calm = self.scenarios(subject, none, none, scenarios.CALM)
-        return evaluate.profile_of(self.trial(subject, calm, self.sample(model).seconds, what="walking"))
+        return evaluation.profile_of(self.trial(subject, calm, self.sample(model).seconds, what="walking"))
 
     def pushed(self, subject: Subject, scenario: Scenario, profile: Profile | None) -> dict[str, np.ndarray]:
         """[N] of each push: whether the walker is up long after, and after how many s it was steady again."""

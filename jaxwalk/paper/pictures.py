@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter
 
 from jaxwalk.common import figures
+from jaxwalk.measure.one_change import BLUE, ORANGE
 from jaxwalk.paper.claim import BODIES
 from jaxwalk.paper.trainings import TRAININGS
-from jaxwalk.sweeps import BLUE, ORANGE
 
 GREEN, GREY = "#3b8a4f", "0.55"
 COLOURS = {"planar": BLUE, "walls": ORANGE}  # of the bodies

@@ -8,12 +8,12 @@ import os
 from collections.abc import Mapping
 from typing import Any
 
-from jaxwalk.cli.paper import PaperArgs
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
 from jaxwalk.learn.policies import provenance
 from jaxwalk.learn.policies.named import Subject
 from jaxwalk.paper.claim import Claim
+from jaxwalk.paper.options import PaperArgs
 
 FILE = "paper.json"
 _KEPT = ("inputs", "date", "seconds", "numbers")

@@ -175,7 +175,7 @@ def train(folder: Path, runs: Path, names: Sequence[str], tell: Any = print, pre
     Raises:
       KeyboardInterrupt: a run was stopped; the next call goes on with it.
     """
-    from jaxwalk.learn.train import options as command
+    from jaxwalk.learn.train import command, options
 
     for name in names:
         for seed in TRAININGS[name].seeds:
@@ -184,7 +184,8 @@ def train(folder: Path, runs: Path, names: Sequence[str], tell: Any = print, pre
             if not _has_ended(run):
                 begun = (run / run_folder.METRICS).is_file()
                 tell(shlex.join(["jaxwalk", *words]))
-                command.run(["--resume", str(run)] if begun else [*words[1:], "--run-dir", str(run)])
+                argv = ["--resume", str(run)] if begun else [*words[1:], "--run-dir", str(run)]
+                command.main(options.read(argv), shlex.join(["jaxwalk", "train", *argv]))
                 if not _has_ended(run):  # Ctrl-C: it stopped where it can go on
                     raise KeyboardInterrupt
             keep(run, name, seed, folder, preset)

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from scipy.stats import norm, t
 
-from jaxwalk.statistics import pooled
+from jaxwalk.measure.survival import pooled
 
 Verdict = Literal["holds", "does not hold", "cannot be told"]
 HOLDS: Verdict = "holds"

@@ -6,7 +6,7 @@ from functools import partial
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Key, PRNGKeyArray
+from jaxtyping import Array, Key, PRNGKeyArray
 
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from jaxwalk import cli, evaluate
-from jaxwalk.agreement import compare
+from jaxwalk import cli
+from jaxwalk.measure.agreement import differences
+from jaxwalk.measure.evaluate import evaluation
 
-ZERO = dict.fromkeys(compare.WALKING, 0.0)
+ZERO = dict.fromkeys(differences.WALKING, 0.0)
 
 
-def evaluation(survival, **walking):
+def evaluated(survival, **walking):
     """Of pushes of -40 and 40 N s at phases 0 and 0.5."""
     return {
         "walking": ZERO | {"speed_std": 0.0} | walking,
@@ -24,13 +25,13 @@ def evaluation(survival, **walking):
     }
 
 
-MJX = evaluation([[1.0, 0.5], [1.0, 1.0]], speed_mean=1.0, speed_std=0.03)
-MUJOCO = evaluation([[1.0, 0.75], [0.0, 1.0]], speed_mean=1.01, speed_std=0.04)
+MJX = evaluated([[1.0, 0.5], [1.0, 1.0]], speed_mean=1.0, speed_std=0.03)
+MUJOCO = evaluated([[1.0, 0.75], [0.0, 1.0]], speed_mean=1.01, speed_std=0.04)
 
 
 @pytest.fixture(scope="module")
 def found():
-    return compare.compare(MJX, MUJOCO, 25, 4)
+    return differences.compare(MJX, MUJOCO, 25, 4)
 
 
 def test_cells_agree_where_their_intervals_overlap(found):
@@ -64,7 +65,7 @@ def test_the_command_puts_the_same_trials_to_both_engines(monkeypatch, tmp_path,
         tell("walking", 1.0)
         return {"mjx": MJX, "mujoco": MUJOCO}[args.engine]
 
-    monkeypatch.setattr(evaluate, "evaluate", canned)
+    monkeypatch.setattr(evaluation, "evaluate", canned)
     out = tmp_path / "new" / "folder"
     options = "--walkers 25 --replicas 4 --impulses -40,40 --phases 2 --height 1.7 --seed 3".split()
     assert cli.main(["agreement", "fixed", "--out", str(out), *options]) == 0

@@ -12,7 +12,8 @@ RICH = """
 import sys, types
 from rich.console import Console
 from jaxwalk.cli import main
-sys.modules["jaxwalk.cli.bench"] = types.SimpleNamespace(run=lambda argv: Console().print("measured"))
+canned = types.SimpleNamespace(run=lambda argv: Console().print("measured"))
+sys.modules["jaxwalk.measure.bench.options"] = canned
 sys.exit(main(["bench"]))
 """
 

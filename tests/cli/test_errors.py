@@ -125,7 +125,7 @@ def test_ctrl_c_is_one_line_and_130(jaxwalk_cli, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(sys.modules["jaxwalk.bench.command"], "main", interrupted)
+    monkeypatch.setattr(sys.modules["jaxwalk.measure.bench.command"], "main", interrupted)
     assert jaxwalk_cli("bench") == (130, "", "jaxwalk: interrupted\n")
 
 

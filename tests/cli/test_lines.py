@@ -7,20 +7,20 @@ from pathlib import Path
 
 import pytest
 
-from jaxwalk.cli import lines
-from jaxwalk.cli.agreement import AgreementArgs
-from jaxwalk.cli.bench import BenchArgs
-from jaxwalk.cli.compare import CompareArgs
-from jaxwalk.cli.evaluate import EvaluateArgs
-from jaxwalk.cli.gait import GaitArgs
-from jaxwalk.cli.generalise import GeneraliseArgs
-from jaxwalk.cli.paper import PaperArgs
-from jaxwalk.cli.parse import parse
-from jaxwalk.cli.push_map import PushMapArgs
-from jaxwalk.cli.report import ReportArgs
-from jaxwalk.cli.sensitivity import SensitivityArgs
 from jaxwalk.common.files import to_json
 from jaxwalk.config import validate
+from jaxwalk.measure.agreement.options import AgreementArgs
+from jaxwalk.measure.bench.options import BenchArgs
+from jaxwalk.measure.compare.options import CompareArgs
+from jaxwalk.measure.evaluate.options import EvaluateArgs
+from jaxwalk.measure.gait.options import GaitArgs
+from jaxwalk.measure.generalise.options import GeneraliseArgs
+from jaxwalk.measure.push_map.options import PushMapArgs
+from jaxwalk.measure.report.options import ReportArgs
+from jaxwalk.measure.sensitivity.options import SensitivityArgs
+from jaxwalk.options import lines
+from jaxwalk.options.parse import parse
+from jaxwalk.paper.options import PaperArgs
 
 CASES = [
     ("evaluate", EvaluateArgs("fixed", impulses=(-100.0, 0.1, 1 / 3), height=1.4, json=Path("a b/e.json"))),
@@ -65,5 +65,5 @@ def test_what_has_its_default_is_not_said():
 
 
 def test_every_command_that_the_report_shows_is_among_the_cases():
-    parts = importlib.import_module("jaxwalk.report.parts")
+    parts = importlib.import_module("jaxwalk.measure.report.parts")
     assert set(parts.PARTS) <= {command for command, _ in CASES}

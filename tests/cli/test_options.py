@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from jaxwalk.bench.command import configured
 from jaxwalk.config import Config, TrainConfig, to_dict
 from jaxwalk.config.presets import PRESETS
 from jaxwalk.learn.train.options import read
+from jaxwalk.measure.bench.setting import configured
 
 
 def test_train_without_options_is_the_default_configuration(jaxwalk_cli, called):

@@ -10,11 +10,12 @@ import jax
 import numpy as np
 import pytest
 
-from jaxwalk import cli, evaluate
-from jaxwalk.cli.evaluate import EvaluateArgs
+from jaxwalk import cli
 from jaxwalk.config import Config, DDPGConfig, PhysicsConfig
 from jaxwalk.learn.ddpg import learner
 from jaxwalk.learn.policies import named, policy
+from jaxwalk.measure.evaluate import evaluation
+from jaxwalk.measure.evaluate.options import EvaluateArgs
 
 OPTIONS = "--walkers 4 --seconds 6 --impulses -10,10,400 --phases 2 --replicas 1".split()
 CONFIG = Config(ddpg=DDPGConfig(hidden=(8,)))
@@ -44,7 +45,7 @@ def runs(tmp_path_factory):
 def done(runs, tmp_path_factory):
     out = tmp_path_factory.mktemp("compare") / "deep" / "folder"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(evaluate, "AFTER_PUSH", 2.0)
+        patch.setattr(evaluation, "AFTER_PUSH", 2.0)
         argv = ["compare", "fixed", f"ddpg={runs[0]},{runs[1]}", "--out", str(out), *OPTIONS]
         assert cli.main(argv) == 0
     return out
@@ -90,7 +91,7 @@ def test_seeds_of_one_method_share_one_program(runs):
     """Also if they were trained for other rewards; a rule is of another kind."""
     first, second = (named.load(str(run)) for run in runs)
     other = replace(second, config=replace(second.config, ddpg=replace(CONFIG.ddpg, gamma=0.5)))
-    programs = evaluate.Programs(EvaluateArgs(policy=""))
+    programs = evaluation.Programs(EvaluateArgs(policy=""))
     assert programs.of(first) is programs.of(second) is programs.of(other)
     assert jax.tree.structure(first.params) == jax.tree.structure(second.params)
     assert programs.of(named.load("fixed")) is not programs.of(first)
@@ -108,13 +109,13 @@ def test_another_world_is_refused_and_named(runs, tmp_path, capsys):
 
 
 def test_other_controllers_are_told(runs):
-    from jaxwalk.compare import cast, entry
+    from jaxwalk.measure.compare import groups, policies
 
-    loaded = cast.load(entry.parse(["fixed", str(runs[0])]))
-    assert cast.controllers_differ(loaded) == []
+    loaded = policies.load(groups.parse(["fixed", str(runs[0])]))
+    assert policies.controllers_differ(loaded) == []
     stiff = replace(CONFIG, gait=replace(CONFIG.gait, swing_knee=1.2))
     changed = replace(loaded[1][0], subject=replace(loaded[1][0].subject, config=stiff))
-    told = cast.controllers_differ([loaded[0], [changed]])
+    told = policies.controllers_differ([loaded[0], [changed]])
     assert told == [f"{runs[0]} walks with gait.swing_knee 1.2, fixed with 1.4"]
 
 

@@ -16,22 +16,22 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from jaxwalk import deploy
-from jaxwalk.cli.gait import GaitArgs
-from jaxwalk.cli.report import ReportArgs
 from jaxwalk.common import files
-from jaxwalk.compare import cast
-from jaxwalk.compare.entry import Entry
 from jaxwalk.config import Config, DDPGConfig
 from jaxwalk.deploy.file import MANIFEST
 from jaxwalk.export import manifest, selftest, tensors
-from jaxwalk.gaitlab import command as gait
 from jaxwalk.learn.policies import named, policy, provenance
 from jaxwalk.learn.runs import run_folder
 from jaxwalk.learn.runs.run_folder import RunFolder
-from jaxwalk.pushmap import table
-from jaxwalk.pushmap.grid import Grid
-from jaxwalk.report import collect, command
-from jaxwalk.report.parts import PARTS
+from jaxwalk.measure.compare import policies
+from jaxwalk.measure.compare.groups import Entry
+from jaxwalk.measure.gait import command as gait
+from jaxwalk.measure.gait.options import GaitArgs
+from jaxwalk.measure.push_map import table
+from jaxwalk.measure.push_map.grid import Grid
+from jaxwalk.measure.report import collect, command
+from jaxwalk.measure.report.options import ReportArgs
+from jaxwalk.measure.report.parts import PARTS
 
 ROOT = Path(__file__).resolve().parents[2]
 CONFIG = Config(ddpg=DDPGConfig(hidden=(4, 3)))
@@ -136,7 +136,7 @@ def _runs(folder: Path, trained: policy.Policy) -> dict[str, Kind]:
         run_folder.CONFIG: (mutations.json_files(record), config),
         run_folder.SUMMARY: (
             mutations.json_files(summary),
-            lambda: cast.load([Entry("one", (str(found[run_folder.SUMMARY]),))]),
+            lambda: policies.load([Entry("one", (str(found[run_folder.SUMMARY]),))]),
         ),
         run_folder.METRICS: (st.one_of(row, mutations.contents(rows, rows)), metrics),
     }

@@ -24,8 +24,8 @@ from jaxwalk.learn.policies import policy, provenance
 from jaxwalk.learn.runs import run_folder
 from jaxwalk.learn.train.checkpoint import Checkpoint, Store
 from jaxwalk.learn.train.run_state import Past, Record
-from jaxwalk.pushmap import table
-from jaxwalk.pushmap.grid import Grid
+from jaxwalk.measure.push_map import table
+from jaxwalk.measure.push_map.grid import Grid
 
 SMALL = 2**20  # bytes that refusing a file may take, beside the file itself
 

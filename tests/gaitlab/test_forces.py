@@ -12,7 +12,7 @@ import pytest
 from jaxwalk.config import GRAVITY, Config
 from jaxwalk.control import walker
 from jaxwalk.control.person import Person, model_of, skeleton
-from jaxwalk.gaitlab import forces
+from jaxwalk.measure.gait import forces
 from jaxwalk.model import mjcf, physics
 from jaxwalk.model.engine import Setup
 

@@ -6,8 +6,9 @@ import json
 import numpy as np
 import pytest
 
-from jaxwalk import cli, evaluate
-from jaxwalk.gaitlab import measures, report, signals
+from jaxwalk import cli
+from jaxwalk.measure.evaluate import evaluation
+from jaxwalk.measure.gait import measures, report, signals
 
 OPTIONS = "--walkers 4 --seconds 9".split()
 
@@ -81,7 +82,7 @@ def test_speed_length_and_cadence_agree_with_each_other_and_with_evaluate(result
     options = "--walkers 4 --seconds 9 --impulses 10 --phases 1 --replicas 1".split()
     file = tmp_path / "fixed.json"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(evaluate, "AFTER_PUSH", 0.0)
+        patch.setattr(evaluation, "AFTER_PUSH", 0.0)
         assert cli.main(["evaluate", "fixed", *options, "--json", str(file)]) == 0
     walking = json.loads(file.read_text())["walking"]
     assert told["speed"] == pytest.approx(walking["speed_mean"], rel=0.02)

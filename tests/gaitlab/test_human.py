@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from jaxwalk.gaitlab import human, measures, picture, signals
+from jaxwalk.measure.gait import human, measures, picture, signals
 
 
 def test_every_figure_is_of_a_measure_and_has_a_source():

@@ -7,11 +7,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk.gaitlab import energy, measures, signals
-from jaxwalk.gaitlab.forces import Forces
-from jaxwalk.gaitlab.measures import Measured
-from jaxwalk.gaitlab.record import Ticks
-from jaxwalk.gaitlab.strides import Cycle
+from jaxwalk.measure.gait import energy, measures, signals
+from jaxwalk.measure.gait.forces import Forces
+from jaxwalk.measure.gait.measures import Measured
+from jaxwalk.measure.gait.record import Ticks
+from jaxwalk.measure.gait.strides import Cycle
 
 DT, MASS = 0.01, 50.0
 WEIGHT = MASS * 9.81

@@ -9,7 +9,7 @@ import numpy as np
 
 from jaxwalk.config import Config
 from jaxwalk.control.person import Person, model_of
-from jaxwalk.gaitlab import record
+from jaxwalk.measure.gait import record
 from jaxwalk.model import physics, pushes
 from jaxwalk.task import footstep, rollout, stepper
 from jaxwalk.task.stepper import Task

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from jaxwalk.gaitlab import strides
+from jaxwalk.measure.gait import strides
 
 
 def pattern(text):

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from jaxwalk import cli, evaluate
-from jaxwalk.cli.generalise import KINDS
+from jaxwalk import cli
 from jaxwalk.config import BodyConfig, Config
-from jaxwalk.generalise.circumstances import circumstances
+from jaxwalk.measure.evaluate import evaluation
+from jaxwalk.measure.generalise.circumstances import circumstances
+from jaxwalk.measure.generalise.options import KINDS
 from jaxwalk.model.burdens import Burden
 from jaxwalk.task import trials
 
@@ -68,7 +69,7 @@ def test_the_command_measures_each_circumstance_once(monkeypatch, tmp_path, caps
         pushes = {"survival": [[1.0, float(burden.mass < 20)]], "impulses": list(args.impulses)}
         return {"walking": walking, "pushes": pushes, "threshold": {"forward": size, "backward": None}}
 
-    monkeypatch.setattr(evaluate, "evaluate", canned)
+    monkeypatch.setattr(evaluation, "evaluate", canned)
     out = tmp_path / "g"
     options = "--walkers 8 --replicas 2 --impulses 40 --phases 2".split()
     assert cli.main(["generalise", "fixed", "--beside", "constant", "--out", str(out), *options]) == 0

@@ -14,10 +14,10 @@ from paper import canned
 from PIL import Image
 
 from jaxwalk import cli
-from jaxwalk.cli.paper import NAMES, PaperArgs
-from jaxwalk.cli.parse import parse
+from jaxwalk.options.parse import parse
 from jaxwalk.paper import command
 from jaxwalk.paper.claims import registry
+from jaxwalk.paper.options import NAMES, PaperArgs
 
 
 @pytest.fixture

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from paper import canned
 
-from jaxwalk.cli.paper import NAMES
 from jaxwalk.paper import verdict as v
 from jaxwalk.paper.claims import registry
+from jaxwalk.paper.options import NAMES
 from jaxwalk.paper.page import ours
 
 

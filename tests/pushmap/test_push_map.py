@@ -13,9 +13,10 @@ import jax
 import numpy as np
 import pytest
 
-from jaxwalk import cli, evaluate
+from jaxwalk import cli
 from jaxwalk.common.parallel import devices
-from jaxwalk.pushmap import run, table
+from jaxwalk.measure.evaluate import evaluation
+from jaxwalk.measure.push_map import run, table
 from jaxwalk.task import backend
 
 OPTIONS = "--impulses -10,10,400 --phases 2 --replicas 2".split()
@@ -32,7 +33,7 @@ def short():
             patch.setattr(one, "BLOCK", 2)  # so that few trials make several chunks
         patch.setattr(run, "CALM", 4)
         patch.setattr(run, "CALM_SECONDS", 6.0)
-        patch.setattr(evaluate, "AFTER_PUSH", 2.0)
+        patch.setattr(evaluation, "AFTER_PUSH", 2.0)
         yield
 
 
@@ -116,9 +117,9 @@ def test_one_device_or_two_make_the_same_map(whole, tmp_path):
     program = f"""
 import sys
 from jaxwalk import cli, devices, evaluate, stepping
-from jaxwalk.pushmap import run
+from jaxwalk.measure.push_map import run
 devices.BLOCK = stepping.BLOCK = {backend.BLOCK}
-run.CALM, run.CALM_SECONDS, evaluate.AFTER_PUSH = {run.CALM}, {run.CALM_SECONDS}, {evaluate.AFTER_PUSH}
+run.CALM, run.CALM_SECONDS, evaluate.AFTER_PUSH = {run.CALM}, {run.CALM_SECONDS}, {evaluation.AFTER_PUSH}
 sys.exit(cli.main(["push-map", "fixed", "--out", {str(tmp_path)!r}, *{OPTIONS!r}, "--chunk", "12"]))
 """
     flags = [f for f in os.environ.get("XLA_FLAGS", "").split() if "host_platform_device_count" not in f]

@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from jaxwalk.capturability import Pendulum
-from jaxwalk.pushmap import picture, summary
-from jaxwalk.pushmap.grid import Grid
-from jaxwalk.pushmap.table import Table
+from jaxwalk.measure.push_map import picture, summary
+from jaxwalk.measure.push_map.capturability import Pendulum
+from jaxwalk.measure.push_map.grid import Grid
+from jaxwalk.measure.push_map.table import Table
 
 GRID = Grid((-40.0, -20.0, 20.0, 40.0, 60.0), (0.0, 0.5), ("torso", "torso+0.2", "swing-shank"), (0.1,), 4, 0)
 PENDULUM = Pendulum(1.0, 75.0, 0.6, 0.6, 0.8, 0.3)

@@ -12,16 +12,17 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from jaxwalk import cli, evaluate
-from jaxwalk.capturability import Pendulum
-from jaxwalk.cli.parse import parse
-from jaxwalk.cli.report import ReportArgs
+from jaxwalk import cli
 from jaxwalk.common import files, resources
 from jaxwalk.learn.policies import named, provenance
-from jaxwalk.pushmap import summary
-from jaxwalk.pushmap.grid import Grid
-from jaxwalk.pushmap.table import Table
-from jaxwalk.report.parts import PARTS
+from jaxwalk.measure.evaluate import evaluation
+from jaxwalk.measure.push_map import summary
+from jaxwalk.measure.push_map.capturability import Pendulum
+from jaxwalk.measure.push_map.grid import Grid
+from jaxwalk.measure.push_map.table import Table
+from jaxwalk.measure.report.options import ReportArgs
+from jaxwalk.measure.report.parts import PARTS
+from jaxwalk.options.parse import parse
 
 CANNED = (
     "compare",
@@ -29,7 +30,7 @@ CANNED = (
     "generalise",
     "sensitivity",
     "agreement",
-)  # what stands on `evaluate.evaluate` alone
+)  # what stands on `evaluation.evaluate` alone
 VOID = {"area", "br", "col", "hr", "img", "input", "link", "meta", "source", "wbr"}
 
 
@@ -122,7 +123,7 @@ def asked(monkeypatch):
         calls.append(args)
         return canned(subject, args, *rest, **more)
 
-    monkeypatch.setattr(evaluate, "evaluate", recorded)
+    monkeypatch.setattr(evaluation, "evaluate", recorded)
     return calls
 
 
@@ -161,7 +162,7 @@ def page(stored, tmp_path_factory):
     folder = tmp_path_factory.mktemp("page")
     shutil.copytree(stored, folder / "results")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(evaluate, "evaluate", canned)
+        patch.setattr(evaluation, "evaluate", canned)
         assert report(folder / "page.html", folder / "results") == 0
     return folder / "page.html"
 
@@ -253,7 +254,7 @@ def test_an_interrupted_report_goes_on(folder, asked, monkeypatch, tmp_path, cap
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("jaxwalk.agreement.command.main", interrupted)
+        patch.setattr("jaxwalk.measure.agreement.command.main", interrupted)
         assert report(tmp_path / "p.html", folder) == 130
     assert not (tmp_path / "p.html").exists()
     assert {path.parent.name for path in folder.glob("*/*.json")} == set(PARTS) - {"agreement"}

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from jaxwalk import cli, evaluate
+from jaxwalk import cli
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, SensorConfig
 from jaxwalk.control import sensors
-from jaxwalk.sensitivity.settings import PARAMETERS, at_timestep, settings
+from jaxwalk.measure.evaluate import evaluation
+from jaxwalk.measure.sensitivity.settings import PARAMETERS, at_timestep, settings
 
 NONE = dict.fromkeys(PARAMETERS, ())
 
@@ -86,7 +87,7 @@ def test_the_command_measures_each_setting_once(monkeypatch, tmp_path, capsys, e
         pushes = {"survival": [[1.0, last]], "impulses": [40.0]}
         return {"walking": walking, "pushes": pushes, "threshold": {"forward": 40.0, "backward": None}}
 
-    monkeypatch.setattr(evaluate, "evaluate", canned)
+    monkeypatch.setattr(evaluation, "evaluate", canned)
     out = tmp_path / "s"
     options = "--walkers 8 --replicas 2 --impulses 40 --phases 2 --seed 4".split()
     assert cli.main(["sensitivity", "fixed", "--out", str(out), "--engine", engine, *options]) == 0

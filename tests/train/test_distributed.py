@@ -201,7 +201,8 @@ def test_a_port_that_is_taken_is_one_line():
 def test_nobody_at_the_coordinator_is_one_line(tmp_path):
     """In a process of its own: nothing of JAX may have begun."""
     program = (
-        "import sys; from jaxwalk import cli, distributed; distributed.CONNECT_SECONDS = 1;"
+        "import sys; from jaxwalk import cli; from jaxwalk.common.parallel import launch;"
+        "launch.CONNECT_SECONDS = 1;"
         f"sys.exit(cli.main('train --distributed --coordinator 127.0.0.1:{free_port()} --processes 2 "
         f"--process-id 1 --run-dir {tmp_path}/run'.split()))"
     )

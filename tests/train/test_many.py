@@ -20,12 +20,12 @@ import small
 
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
-from jaxwalk.compare import cast, entry
 from jaxwalk.learn.policies import policy
 from jaxwalk.learn.runs import run_folder, seeds_folder
 from jaxwalk.learn.runs.progress import Progress
 from jaxwalk.learn.train import device_loop, lanes, multi_seed
 from jaxwalk.learn.train.multi_seed import _Seed, resume_many, run_many
+from jaxwalk.measure.compare import groups, policies
 
 CONFIG = dataclasses.replace(small.CONFIG, train=dataclasses.replace(small.CONFIG.train, finalists=1))
 FIRST, COUNT = 3, 2
@@ -131,10 +131,10 @@ def test_mean_and_spread_are_those_of_the_seeds(both):
 
 
 def test_the_folder_stands_for_all_its_seeds_in_a_comparison(both):
-    (one,) = entry.parse([f"ddpg={both}"])
+    (one,) = groups.parse([f"ddpg={both}"])
     assert one.members == (str(both / "seed-3"), str(both / "seed-4"))
-    assert [member.training["footsteps"] for member in cast.load([one])[0]]
-    (plain,) = entry.parse([str(both)])
+    assert [member.training["footsteps"] for member in policies.load([one])[0]]
+    (plain,) = groups.parse([str(both)])
     assert plain.members == one.members
 
 

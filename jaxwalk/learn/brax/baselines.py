@@ -294,8 +294,3 @@ def train(config: Config, args: PPOArgs | SACArgs, command: str) -> Path:
             run.finish()
             progress.note(f"best policy (at {run.best_footsteps:,} footsteps) in {folder.policy}")
         return folder.path
-
-
-def main(args: PPOArgs | SACArgs, command: str) -> None:
-    """The command, on the default configuration."""
-    train(Config(), args, command)

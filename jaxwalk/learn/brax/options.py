@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Annotated
 
 import tyro
 
-from jaxwalk.cli import checks
-from jaxwalk.cli.parse import OptionalFile, parse
 from jaxwalk.common.errors import UserError
 from jaxwalk.learn.runs import run_folder
+from jaxwalk.options import checks
+from jaxwalk.options.parse import OptionalFile, checked
 
 LEARNED = "in Brax, on the default task, from the same first step as jaxwalk train"
 
@@ -153,20 +152,18 @@ class SACArgs(_Common):
 ALGORITHMS = {"ppo": PPOArgs, "sac": SACArgs}
 
 
-def run(argv: Sequence[str]) -> None:
+def read(argv: Sequence[str]) -> PPOArgs | SACArgs:
+    """The options of the algorithm that is named first, checked.
+
+    Raises:
+      UserError: no such algorithm, or one of its options is wrong.
+      SystemExit: code 0, after printing the help that was asked for.
+    """
     name, *rest = argv or ("",)
     known = " or ".join(ALGORITHMS)
     if name in ("-h", "--help"):
         print(f"usage: jaxwalk train-baseline ALGORITHM [options]\nALGORITHM: {known}; see its own --help.")
-        return
+        raise SystemExit(0)
     if name not in ALGORITHMS:
         raise UserError(f"no algorithm {name!r}: give {known}, as in jaxwalk train-baseline ppo --seed 1")
-    args = parse(ALGORITHMS[name], rest, f"train-baseline {name}")
-    args.check()
-
-    from jaxwalk.common import runtime
-
-    runtime.setup()
-    from jaxwalk.learn.brax import baselines
-
-    baselines.main(args, shlex.join(["jaxwalk", "train-baseline", *argv]))
+    return checked(ALGORITHMS[name], rest, f"train-baseline {name}")

@@ -59,7 +59,7 @@ def load(
     noise: float | None = None,
     model: BodyModel | None = None,
 ) -> Subject:
-    """The subject called ``name``: a run folder, a policy file, or a name of `jaxwalk.cli.checks.BUILT_IN`.
+    """The subject called ``name``: a run folder, a policy file, or a name of `checks.BUILT_IN`.
 
     Args:
       speed: desired, m/s. height: m. mass: kg. noise: scale of the sensors' noise. model: of the

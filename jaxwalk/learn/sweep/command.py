@@ -31,7 +31,7 @@ class Interrupted(Exception):
     """A person, or the system, ended the training."""
 
 
-def main(args: SweepArgs, command: str) -> None:
+def main(args: SweepArgs, typed: str) -> None:
     """Train until the study has ``args.trials`` finished trials, and tell of all of them.
 
     Raises:
@@ -43,7 +43,7 @@ def main(args: SweepArgs, command: str) -> None:
     found = study.open_study(args.study, args.where, dimensions, args.config, args.seed, pruner)
     with study.one_line_errors(args.where):
         try:
-            _Sweep(args, dimensions, found, command).go()
+            _Sweep(args, dimensions, found, space.without_password(typed)).go()
         finally:
             report.write(found, dimensions, args, args.folder)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from importlib.util import find_spec
@@ -11,13 +10,13 @@ from typing import Annotated, Literal
 
 import tyro
 
-from jaxwalk.cli import checks
-from jaxwalk.cli.parse import OptionalFile, parse, parse_known
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, validate
 from jaxwalk.config.presets import PRESETS, PresetName, of_machine
 from jaxwalk.learn.sweep import space
+from jaxwalk.options import checks
+from jaxwalk.options.parse import OptionalFile, checked, parse_known
 
 Sets = Annotated[tuple[str, ...], tyro.conf.arg(metavar="OPTION=LOW:HIGH[:log]|OPTION=VALUE,VALUE")]
 OptionalText = Annotated[str | None, tyro.conf.arg(metavar="URL|PATH")]
@@ -79,22 +78,11 @@ def read(argv: Sequence[str]) -> SweepArgs:
     """The options, defaults taken from the preset that is named among them.
 
     Raises:
-      UserError: an option that is wrong.
+      UserError: an option that is wrong, or Optuna is not installed.
     """
     preset = parse_known(_Origin, argv, "sweep").preset or of_machine()
     default = SweepArgs(set=tyro.MISSING, study=tyro.MISSING, preset=preset, config=PRESETS[preset])
-    return parse(SweepArgs, argv, "sweep", default)
-
-
-def run(argv: Sequence[str]) -> None:
-    args = read(argv)
-    args.check()
+    args = checked(SweepArgs, argv, "sweep", default)
     if find_spec("optuna") is None:
         raise UserError("jaxwalk sweep needs the package optuna: pip install 'jaxwalk[sweep]'")
-
-    from jaxwalk.common import runtime
-
-    runtime.setup()
-    from jaxwalk.learn.sweep import command
-
-    command.main(args, space.without_password(shlex.join(["jaxwalk", "sweep", *argv])))
+    return args

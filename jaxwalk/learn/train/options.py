@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Annotated
 
 import tyro
 
-from jaxwalk.cli import checks
-from jaxwalk.cli.parse import Given, OptionalFile, parse, parse_known
-from jaxwalk.common import runtime
 from jaxwalk.common.errors import UserError
-from jaxwalk.common.parallel import launch
 from jaxwalk.common.parallel.launch import Place
 from jaxwalk.config import Config, validate
 from jaxwalk.config.presets import PRESETS, PresetName, of_machine
 from jaxwalk.learn.runs import run_folder, seeds_folder
+from jaxwalk.options import checks
+from jaxwalk.options.parse import Given, OptionalFile, checked, parse_known
 
 
 @dataclass(frozen=True)
@@ -84,11 +79,11 @@ def read(argv: Sequence[str]) -> TrainArgs:
     origin = parse_known(_Origin, argv, "train")
     if origin.resume is None:
         preset = origin.preset or of_machine()
-        return parse(TrainArgs, argv, "train", TrainArgs(preset=preset, config=PRESETS[preset]))
+        return checked(TrainArgs, argv, "train", TrainArgs(preset=preset, config=PRESETS[preset]))
     held = seeds_folder.members(origin.resume) if seeds_folder.is_parent(origin.resume) else [origin.resume]
     config = run_folder.load_config(held[0])
     default = TrainArgs(seed=run_folder.load_origin(held[0]).seed, seeds=len(held), config=config)
-    args = parse(TrainArgs, argv, "train", default)
+    args = checked(TrainArgs, argv, "train", default)
     for name, given, of_run in (
         ("preset", origin.preset, None),
         ("run_dir", args.run_dir, None),
@@ -106,36 +101,3 @@ def read(argv: Sequence[str]) -> TrainArgs:
                 + "; leave the option out with --resume"
             )
     return args
-
-
-def run(argv: Sequence[str]) -> None:
-    args = read(argv)
-    args.check()
-    runtime.setup()
-    with contextlib.ExitStack() as stack:
-        if args.distributed:
-            stack.enter_context(launch.joined(args.place, f"go on with {_resumed(args)}"))
-        import jax
-
-        from jaxwalk.common.parallel import collectives
-        from jaxwalk.learn import train
-        from jaxwalk.model.engine import VARIABLE
-        from jaxwalk.task import backend
-
-        if args.distributed and collectives.any_of(backend.problem() is not None)[0]:
-            os.environ[VARIABLE] = "off"  # where one process has no native code, none uses it
-        if args.resume is None and collectives.first():
-            named = any(word.partition("=")[0] == "--preset" for word in argv)
-            chosen = "" if named else f", for {jax.default_backend()}"
-            print(f"preset {args.preset}{chosen}", flush=True)
-        command = shlex.join(["jaxwalk", "train", *argv])
-        if args.resume is not None:
-            (train.resume_many if seeds_folder.is_parent(args.resume) else train.resume)(args.resume)
-        elif args.seeds > 1:
-            train.run_many(args.config, args.run_dir, args.seed, args.seeds, command)
-        else:
-            train.run(args.config, args.run_dir, args.seed, command)
-
-
-def _resumed(args: TrainArgs) -> str:
-    return f"jaxwalk train --distributed --resume {args.resume or args.run_dir or 'RUN'}"

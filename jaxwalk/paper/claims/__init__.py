@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from importlib import import_module
 
-from jaxwalk.cli.paper import NAMES
 from jaxwalk.paper.claim import Claim
+from jaxwalk.paper.options import NAMES
 
 
 def registry() -> dict[str, Claim]:

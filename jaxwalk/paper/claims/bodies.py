@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 
 from jaxwalk.config import BodyModel
 from jaxwalk.learn.policies import named
+from jaxwalk.measure.survival import SURVIVED, threshold
 from jaxwalk.paper import pictures
 from jaxwalk.paper.claim import BODIES, Claim, Numbers
 from jaxwalk.paper.lab import Lab, outlived, speeds_of
 from jaxwalk.paper.verdict import Check, mean_of, share, told, within
-from jaxwalk.statistics import SURVIVED, threshold
 from jaxwalk.task import scenarios
 
 IMPULSES = {

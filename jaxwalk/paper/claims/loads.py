@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from jaxwalk.config import BodyModel
-from jaxwalk.generalise.circumstances import BACKPACK, FRONT_PACK
+from jaxwalk.measure.generalise.circumstances import BACKPACK, FRONT_PACK
 from jaxwalk.model.burdens import Burden
 from jaxwalk.paper import pictures
 from jaxwalk.paper.claim import Claim, Numbers

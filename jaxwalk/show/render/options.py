@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from jaxwalk.cli import checks
-from jaxwalk.cli.parse import OptionalFloat, OptionalModel, Policy, parse
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
+from jaxwalk.options import checks
+from jaxwalk.options.parse import OptionalFloat, OptionalModel, Policy, checked
 
 SUFFIXES = (".mp4", ".gif", ".png")
 
@@ -73,13 +73,10 @@ class RenderArgs:
         checks.seed(self.seed)
 
 
-def run(argv: Sequence[str]) -> None:
-    args = parse(RenderArgs, argv, "render")
-    args.check()
+def read(argv: Sequence[str]) -> RenderArgs:
+    """The options, checked.
 
-    from jaxwalk.common import runtime
-
-    runtime.setup()
-    from jaxwalk.show.render import command
-
-    command.main(args)
+    Raises:
+      UserError: one of them is wrong.
+    """
+    return checked(RenderArgs, argv, "render")

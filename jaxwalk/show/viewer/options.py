@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from jaxwalk.cli import checks
-from jaxwalk.cli.parse import OptionalFloat, OptionalModel, Policy, parse
+from jaxwalk.options import checks
+from jaxwalk.options.parse import OptionalFloat, OptionalModel, Policy, checked
 
 
 @dataclass(frozen=True)
@@ -39,13 +39,10 @@ class ViewArgs:
         checks.seed(self.seed)
 
 
-def run(argv: Sequence[str]) -> None:
-    args = parse(ViewArgs, argv, "view")
-    args.check()
+def read(argv: Sequence[str]) -> ViewArgs:
+    """The options, checked.
 
-    from jaxwalk.common import runtime
-
-    runtime.setup()
-    from jaxwalk.show.viewer import command
-
-    command.main(args)
+    Raises:
+      UserError: one of them is wrong.
+    """
+    return checked(ViewArgs, argv, "view")

@@ -1,0 +1,133 @@
+"""The command line: ``jaxwalk COMMAND [options]``.
+
+Nothing heavy is imported before a command's options have been read and found good.
+"""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+import os
+import shlex
+import sys
+from collections.abc import Sequence
+
+from jaxwalk import __version__
+from jaxwalk.common import runtime
+from jaxwalk.common.errors import UserError
+
+_COMMANDS = {  # name: the package of its options and of the command itself; what it does
+    "train": ("learn.train", "train a policy into a run folder"),
+    "train-baseline": ("learn.brax", "train Brax's PPO or SAC on the same task, to compare with"),
+    "sweep": ("learn.sweep", "search training's options, several machines on one study"),
+    "evaluate": ("measure.evaluate", "measure a policy's walking and the pushes that it survives"),
+    "push-map": ("measure.push_map", "which pushes a policy survives, at every phase of the step"),
+    "compare": ("measure.compare", "measure several policies, with their seeds, on the same pushes"),
+    "agreement": ("measure.agreement", "whether MJX and C MuJoCo say the same of a policy"),
+    "sensitivity": ("measure.sensitivity", "what a policy's results owe to the physics' settings"),
+    "generalise": (
+        "measure.generalise",
+        "other bodies, loads, floors, sensors and speeds, the policy frozen",
+    ),
+    "gait": (
+        "measure.gait",
+        "a gait report: joints, forces and powers over the stride, beside people's",
+    ),
+    "report": ("measure.report", "all of a policy's results as one page that stands alone"),
+    "paper": ("paper", "every claim of the paper, measured, with a verdict by a stated rule"),
+    "export": (
+        "export",
+        "write a policy for other runtimes: safetensors, npz, ONNX, StableHLO, C; or a page to watch",
+    ),
+    "render": ("show.render", "draw a policy's walk as mp4, gif or png"),
+    "view": ("show.viewer", "watch a policy walk in MuJoCo's viewer, and push it by the keyboard"),
+    "bench": ("measure.bench", "measure the speed of the simulation and of training"),
+}
+_RECORDED = ("train", "train-baseline", "sweep")  # whose results hold the line that was typed
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Args:
+      argv: the arguments after the program's name; the process's own by default.
+
+    Returns:
+      Exit code: 0 done, 2 bad input (one line on standard error says what), 130 interrupted, 141 nobody
+      reads the output any more.
+    """
+    argv = sys.argv[1:] if argv is None else list(argv)
+    try:
+        try:
+            code = _dispatch(argv)
+        except UserError as error:
+            print(f"jaxwalk: error: {error}", file=sys.stderr)
+            code = 2
+        except KeyboardInterrupt:
+            print("jaxwalk: interrupted", file=sys.stderr)
+            code = 130
+        if sys.stdout is not None:
+            sys.stdout.flush()  # here, where a closed pipe can be told from an error
+        return code
+    except BrokenPipeError:
+        _forget_output()
+        return 141  # as a shell tells of who is ended by SIGPIPE
+
+
+def _forget_output() -> None:
+    """The interpreter tries once more at its end: let it write what a closed pipe did not take to nowhere."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            if stream is not None:
+                stream.flush()
+        except BrokenPipeError:
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, stream.fileno())
+            os.close(nowhere)
+
+
+def _dispatch(argv: list[str]) -> int:
+    known = ", ".join(_COMMANDS)
+    if not argv:
+        raise UserError(f"no command: give one of {known}, or --help")
+    name, *rest = argv
+    if name in ("-h", "--help"):
+        print(_help())
+        return 0
+    if name == "--version":
+        print(f"jaxwalk {__version__}")
+        return 0
+    if name not in _COMMANDS:
+        close = difflib.get_close_matches(name, _COMMANDS, n=1)
+        meant = f" (did you mean {close[0]}?)" if close else ""
+        raise UserError(f"unknown command {name!r}: give one of {known}{meant}")
+    try:
+        _run(name, rest)
+    except SystemExit as finished:  # a command's --help
+        if isinstance(finished.__context__, BrokenPipeError):  # as Rich tells of it
+            raise finished.__context__ from None
+        if finished.code:
+            raise
+    return 0
+
+
+def _run(name: str, argv: list[str]) -> None:
+    home = f"jaxwalk.{_COMMANDS[name][0]}"
+    args = importlib.import_module(f"{home}.options").read(argv)
+    runtime.setup()
+    main = importlib.import_module(f"{home}.command").main
+    if name in _RECORDED:
+        main(args, shlex.join(["jaxwalk", name, *argv]))
+    else:
+        main(args)
+
+
+def _help() -> str:
+    width = max(map(len, _COMMANDS)) + 2
+    commands = "\n".join(f"  {name:<{width}}{what}" for name, (_, what) in _COMMANDS.items())
+    return (
+        "usage: jaxwalk COMMAND [options]\n\n"
+        "Learned stepping for powered exoskeletons, many walkers at once.\n\n"
+        f"commands:\n{commands}\n\n"
+        "'jaxwalk COMMAND --help' lists a command's options; 'jaxwalk --version' tells the version."
+    )

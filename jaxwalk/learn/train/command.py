@@ -1,0 +1,52 @@
+"""``jaxwalk train`` from its options to its run folders."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shlex
+from typing import TYPE_CHECKING
+
+from jaxwalk.common.parallel import launch
+
+if TYPE_CHECKING:
+    from jaxwalk.learn.train.options import TrainArgs
+
+
+def main(args: TrainArgs, typed: str) -> None:
+    """The command.
+
+    Args:
+      typed: it, as it was given, which the run's record holds.
+    """
+    with contextlib.ExitStack() as stack:
+        if args.distributed:
+            stack.enter_context(launch.joined(args.place, f"go on with {_resumed(args)}"))
+        _train(args, typed)
+
+
+def _train(args: TrainArgs, typed: str) -> None:
+    import jax  # not before the processes have joined: it starts its devices
+
+    from jaxwalk.common.parallel import collectives
+    from jaxwalk.learn.runs import seeds_folder
+    from jaxwalk.learn.train import multi_seed, run
+    from jaxwalk.model.engine import VARIABLE
+    from jaxwalk.task import backend
+
+    if args.distributed and collectives.any_of(backend.problem() is not None)[0]:
+        os.environ[VARIABLE] = "off"  # where one process has no native code, none uses it
+    if args.resume is None and collectives.first():
+        named = any(word.partition("=")[0] == "--preset" for word in shlex.split(typed))
+        chosen = "" if named else f", for {jax.default_backend()}"
+        print(f"preset {args.preset}{chosen}", flush=True)
+    if args.resume is not None:
+        (multi_seed.resume_many if seeds_folder.is_parent(args.resume) else run.resume)(args.resume)
+    elif args.seeds > 1:
+        multi_seed.run_many(args.config, args.run_dir, args.seed, args.seeds, typed)
+    else:
+        run.run(args.config, args.run_dir, args.seed, typed)
+
+
+def _resumed(args: TrainArgs) -> str:
+    return f"jaxwalk train --distributed --resume {args.resume or args.run_dir or 'RUN'}"

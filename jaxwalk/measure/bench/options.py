@@ -1,0 +1,85 @@
+"""``jaxwalk bench``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from jaxwalk.common import files
+from jaxwalk.common.errors import UserError
+from jaxwalk.options import checks
+from jaxwalk.options.parse import Numbers, OptionalFile, OptionalPolicy, checked, plain
+
+
+@dataclass(frozen=True)
+class BenchArgs:
+    """Time bare mjx.step, the tick, the push map, training, its checkpoints; or what a tick is made of, over
+    batch sizes; or a deployed policy."""
+
+    walkers: int = 256
+    """Walkers side by side, in all programs."""
+    seconds: float = 10.0
+    """How long each program is timed once compiled, s; with --deploy, each format."""
+    stages: bool = False
+    """Instead, time bare mjx.step and what training adds to it, one stage after another, with C MuJoCo and
+    the machine's peaks beside them."""
+    batches: Numbers = ()
+    """Instead, time bare mjx.step, the tick and training (with --stages True: each stage) in batches of these
+    sizes; beside --json a picture of the same name."""
+    seed: int = 0
+    """Seed of everything that is drawn at random."""
+    deploy: OptionalPolicy = None
+    """Instead, time one decision and one tick of this policy, exported in every format: a run folder, a
+    policy file or shipped."""
+    json: OptionalFile = None
+    """File for the results, replaced if there. Default: a table on the screen only."""
+
+    def check(self) -> None:
+        """Raises:
+        UserError: an option out of its range.
+        """
+        checks.whole("--walkers", self.walkers)
+        checks.positive("--seconds", self.seconds, "seconds")
+        checks.seed(self.seed)
+        self._check_batches()
+        if self.deploy is not None:
+            checks.policy(self.deploy)
+        if self.json is not None:
+            files.check_output("--json", self.json)
+            if self.batches:
+                files.check_output("--json", self.picture(self.json))
+
+    def _check_batches(self) -> None:
+        if self.deploy is not None and (self.stages or self.batches):
+            raise UserError(
+                "--deploy: times a policy outside of training; leave --stages and --batches out with it"
+            )
+        if not self.batches:
+            return
+        shown = ",".join(map(plain, self.batches))
+        if any(value != int(value) for value in self.batches):
+            raise UserError(f"--batches {shown}: give whole numbers")
+        for value in self.batches:
+            checks.whole("--batches", int(value))
+        checks.ascending("--batches", self.batches)
+        if self.walkers != type(self).walkers:
+            raise UserError(f"--walkers {self.walkers}: --batches tells how many; leave one of the two out")
+
+    def sizes(self) -> tuple[int, ...]:
+        """Of the batches, walkers."""
+        return tuple(map(int, self.batches)) or (self.walkers,)
+
+    @staticmethod
+    def picture(json: Path) -> Path:
+        """The picture beside ``json``."""
+        return json.with_suffix(".png")
+
+
+def read(argv: Sequence[str]) -> BenchArgs:
+    """The options, checked.
+
+    Raises:
+      UserError: one of them is wrong.
+    """
+    return checked(BenchArgs, argv, "bench")

@@ -1,0 +1,167 @@
+"""``jaxwalk compare`` from its options to its files."""
+
+from __future__ import annotations
+
+import dataclasses
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from jaxwalk.common import files
+from jaxwalk.config import to_dict
+from jaxwalk.learn.policies import provenance
+from jaxwalk.measure.compare import groups, picture, policies, verdicts
+from jaxwalk.measure.compare.policies import Member
+from jaxwalk.measure.compare.verdicts import WAYS, Figures
+from jaxwalk.measure.evaluate import evaluation
+from jaxwalk.measure.evaluate.options import EvaluateArgs
+from jaxwalk.task import backend
+
+if TYPE_CHECKING:
+    from jaxwalk.measure.compare.options import CompareArgs
+
+# Figures on the terminal: title, of which figure, format.
+_ROWS = (
+    ("speed, m/s", "speed", ".3f"),
+    ("unpushed survival", "survival_unpushed", ".0%"),
+    ("recovery, s", "recovery_seconds", ".2f"),
+    ("training footsteps", "training_footsteps", ",.0f"),
+    ("training, s", "training_seconds", ",.0f"),
+)
+
+
+def compare(args: CompareArgs, progress: Progress) -> dict[str, Any]:
+    """Measure everyone; gives ``compare.json``.
+
+    Raises:
+      UserError: a policy that cannot be loaded, or that walks in another world than the first.
+    """
+    entries = groups.parse(args.policies)
+    loaded = policies.load(
+        entries,
+        speed=args.speed,
+        height=args.height,
+        mass=args.mass,
+        noise=args.noise,
+        model=args.model,
+    )
+    files.make_folder("--out", args.out)
+    config = loaded[0][0].subject.config
+    args = backend.sized(args, config, many=128, few=4)
+    backend.begin(config, args.engine)
+    same = {field.name for field in dataclasses.fields(EvaluateArgs)} - {"policy", "json"}
+    options = EvaluateArgs(policy="", **{name: getattr(args, name) for name in same})
+    programs = evaluation.Programs(options)
+    measured = [[_measured(member, options, programs, progress) for member in members] for members in loaded]
+    every = [result for group in measured for result in group]
+    impulses = every[0]["pushes"]["impulses"]
+    shared = verdicts.common(impulses, every)
+    entrants = []
+    for one, members, group in zip(entries, loaded, measured, strict=True):
+        seeds = [
+            verdicts.figures(result, shared, member.training)
+            for member, result in zip(members, group, strict=True)
+        ]
+        details = [
+            {
+                "policy": member.subject.name,
+                "policy_digest": member.subject.digest,
+                "config": to_dict(member.subject.config),
+                "figures": found,
+                "walking": result["walking"],
+                "pushes": result["pushes"],
+            }
+            for member, found, result in zip(members, seeds, group, strict=True)
+        ]
+        entrants.append({"name": one.name, "spread": verdicts.spread(seeds), "members": details})
+    reach = {
+        way: max((sign * x for x in impulses if sign * x > 0), default=0.0)
+        for way, sign in zip(WAYS, (1, -1), strict=True)
+    }
+    judged = [found for a, b in combinations(entrants, 2) if (found := verdicts.verdict(a, b, reach))]
+    return {
+        "impulses": impulses,
+        "phases": every[0]["pushes"]["phases"],
+        "reach": reach,
+        "recovery_over": shared,
+        "policies": entrants,
+        "verdicts": [{**dataclasses.asdict(found), "sentence": verdicts.sentence(found)} for found in judged],
+        "controllers_differ": policies.controllers_differ(loaded),
+        **provenance.stamp("compare", args, None, loaded[0][0].subject.config),
+    }
+
+
+def _measured(
+    member: Member, options: EvaluateArgs, programs: evaluation.Programs, progress: Progress
+) -> dict[str, Any]:
+    bar = progress.add_task(member.subject.name, total=1.0)
+
+    def tell(what: str, share: float) -> None:
+        progress.update(bar, description=f"{member.subject.name}, {what}", completed=share)
+
+    result = evaluation.evaluate(member.subject, options, tell, programs)
+    progress.update(bar, visible=False)
+    return result
+
+
+def table(result: dict[str, Any]) -> bytes:
+    """``compare.csv``: a line for each seed, and for each policy of several the figures over its seeds."""
+    lines: list[dict[str, Any]] = []
+    for policy in result["policies"]:
+        for member in policy["members"]:
+            lines.append({"name": policy["name"], "line": member["policy"], **member["figures"]})
+        if len(policy["members"]) > 1:
+            for what in ("mean", "sd", "min", "max"):
+                over = {figure: values[what] for figure, values in policy["spread"].items()}
+                lines.append({"name": policy["name"], "line": what, **over})
+    return files.to_csv(lines)
+
+
+def main(args: CompareArgs) -> None:
+    """The command."""
+    console = Console()
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        result = compare(args, progress)
+    files.write_json(args.out / "compare.json", result)
+    files.write_bytes(args.out / "compare.csv", table(result))
+    picture.draw(result, args.out / "compare.png")
+    _print(console, result)
+    console.print(f"compare.json, compare.csv and compare.png in {args.out}", highlight=False)
+
+
+def _print(console: Console, result: dict[str, Any]) -> None:
+    policies = result["policies"]
+    replicas = result["options"]["replicas"]
+    title = f"thresholds in N s, {replicas} walkers a cell (+: the grid ends); means over seeds"
+    screen = Table("", *(policy["name"] for policy in policies), title=title)
+    screen.add_row("seeds", *(str(len(policy["members"])) for policy in policies), end_section=True)
+
+    def row(title: str, figure: str, form: str, reach: float = 0.0, last: bool = False) -> None:
+        cells = (_told(policy["spread"][figure], form, reach) for policy in policies)
+        screen.add_row(title, *cells, end_section=last)
+
+    for where in ("worst_phase", "all_phases"):
+        for way in WAYS:
+            title = f"threshold {way}, {where.replace('_', ' ')}"
+            row(title, f"{where}_{way}", ".4g", result["reach"][way])
+    for title, figure, form in _ROWS:
+        row(title, figure, form, last=figure == _ROWS[-1][1])
+    for impulse in result["impulses"]:
+        row(f"survival at {impulse:+g}", f"survival_{impulse:+g}", ".0%")
+    console.print(screen)
+    for line in result["controllers_differ"]:
+        console.print(f"note: {line}", highlight=False)
+    for verdict in result["verdicts"]:
+        console.print(verdict["sentence"], highlight=False)
+
+
+def _told(figure: Figures, form: str, reach: float = 0.0) -> str:
+    """Mean (least to most); + where a seed survived the largest impulse of the grid."""
+    mean, least, most = figure["mean"], figure["min"], figure["max"]
+    if mean is None or least is None or most is None:
+        return "-"
+    more = "+" if verdicts.ends(figure, reach) else ""
+    return f"{mean:{form}}{more}" + (f" ({least:{form}} to {most:{form}})" if least != most else "")

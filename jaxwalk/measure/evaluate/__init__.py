@@ -1,0 +1,1 @@
+"""``jaxwalk evaluate``: does a policy walk, which pushes does it survive, how soon is it steady again."""

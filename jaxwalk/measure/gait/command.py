@@ -1,0 +1,118 @@
+"""``jaxwalk gait`` from its options to its files."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich import box
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+from rich.text import Text
+
+from jaxwalk.common import files, untrusted
+from jaxwalk.common.errors import UserError
+from jaxwalk.learn.policies import named, provenance
+from jaxwalk.measure.gait import measures, picture, report, signals
+from jaxwalk.measure.gait.report import Report
+from jaxwalk.task import backend
+
+if TYPE_CHECKING:
+    from jaxwalk.measure.gait.options import GaitArgs
+
+JSON, CSV, PNG = "gait.json", "gait.csv", "gait.png"
+
+
+def check_free(folder: Path, identity: dict[str, Any]) -> None:
+    """See that ``folder`` holds no report but one of the same ``identity``, which may be written anew.
+
+    Raises:
+      UserError: it holds another report, or files of a report's names that are none.
+    """
+    path = folder / JSON
+    if not os.path.lexists(path):
+        for name in (CSV, PNG):
+            if os.path.lexists(folder / name):
+                raise UserError(f"{folder / name} is of no gait report: give --out another folder")
+        return
+    stored = untrusted.read_json(path, "give --out another folder")
+    if not isinstance(stored, dict) or not identity.keys() <= stored.keys():
+        raise UserError(f"{path} is no gait report: give --out another folder")
+    if {name: stored[name] for name in identity} != untrusted.parse(files.to_json(identity)):
+        raise UserError(
+            f"{path} holds the report of another policy or other options: give --out another folder"
+        )
+
+
+def table_csv(found: Report) -> str:
+    """The curves: per cent, quantity, unit, side, mean, standard deviation."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["percent", "quantity", "unit", "side", "mean", "sd"])
+    for (name, side), curve in found.curves.items():
+        for percent, (mean, sd) in enumerate(zip(curve.mean, curve.sd, strict=True)):
+            writer.writerow([percent, name, signals.UNITS[name], side, f"{mean:.6g}", f"{sd:.6g}"])
+    return text.getvalue()
+
+
+def main(args: GaitArgs) -> None:
+    """The command."""
+    subject = named.load(args.policy, speed=args.speed, height=args.height, mass=args.mass, noise=args.noise)
+    stamp = provenance.stamp("gait", args, subject, subject.config)
+    identity = {name: stamp[name] for name in ("policy_digest", "options", "config")}
+    check_free(args.out, identity)
+    files.make_folder("--out", args.out)
+    console = Console()
+    backend.begin(subject.config)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        bar = progress.add_task("walking", total=1.0)
+        found = report.make(
+            subject,
+            args.walkers,
+            args.seconds,
+            args.seed,
+            lambda share: progress.update(bar, completed=share),
+        )
+    files.write_json(args.out / JSON, found.result | stamp)
+    files.write_bytes(args.out / CSV, table_csv(found).encode())
+    body = subject.config.body
+    title = f"{args.policy}: {args.walkers} walkers, {body.height:g} m, {body.mass:g} kg, unpushed"
+    picture.draw(found, title, args.out / PNG)
+    _print(console, args.policy, found.result)
+    console.print(f"{JSON} (with all definitions), {CSV} and {PNG} in {args.out}", highlight=False)
+
+
+def _print(console: Console, name: str, result: dict[str, Any]) -> None:
+    counted = result["strides"]
+    title = (
+        f"{name}: {counted['left']} left and {counted['right']} right strides, "
+        f"{result['fell']} of {result['walkers']} walkers fell"
+    )
+    marks = {source: f"[{i}]" for i, source in enumerate(result["sources"], 1)}
+    screen = Table("measure", "unit", "mean and SD", "people", title=title, box=box.SIMPLE)
+    for measure, told in result["measures"].items():
+        people = told.get("human")
+        screen.add_row(
+            measure.replace("_", " ").replace(" hz", " Hz"),
+            told["unit"],
+            f"{told['mean']:.3g} ± {told['sd']:.2g}",
+            Text(f"{_people(people)} {marks[people['source']]}" if people else ""),
+        )
+    console.print(screen)
+    symmetry = Table("symmetry index, per cent", "mean", "mean size", title="left and right", box=box.SIMPLE)
+    for measure in measures.SYMMETRIC:
+        told = result["symmetry"][measure]
+        symmetry.add_row(measure.replace("_", " "), f"{told['mean']:+.1f}", f"{told['mean_size']:.1f}")
+    console.print(symmetry)
+    for source, what in result["sources"].items():
+        console.print(Text(f"{marks[source]} {source}: {what}"))
+
+
+def _people(people: dict[str, Any]) -> str:
+    if people["low"] is None:
+        return f"{people['mean']:.3g}"
+    return f"{people['mean']:.3g} ({people['low']:.3g} to {people['high']:.3g})"

@@ -1,0 +1,142 @@
+"""``jaxwalk generalise`` from its options to its files."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from jaxwalk.common import files
+from jaxwalk.config import Config
+from jaxwalk.learn.policies import named, provenance
+from jaxwalk.learn.policies.named import Subject
+from jaxwalk.measure import one_change, screen
+from jaxwalk.measure.compare import policies
+from jaxwalk.measure.evaluate import evaluation
+from jaxwalk.measure.evaluate.evaluation import Programs
+from jaxwalk.measure.evaluate.options import EvaluateArgs
+from jaxwalk.measure.generalise import picture
+from jaxwalk.measure.generalise.circumstances import Circumstance, circumstances
+from jaxwalk.measure.generalise.options import NOBODY
+from jaxwalk.measure.screen import Tell
+from jaxwalk.task import backend
+
+if TYPE_CHECKING:
+    from jaxwalk.measure.generalise.options import GeneraliseArgs
+
+_SHARED = ("policy", "walkers", "seconds", "impulses", "phases", "replicas", "engine", "seed")
+Plan = list[tuple[Circumstance, Subject]]
+
+
+def planned(args: GeneraliseArgs) -> Plan:
+    """Who is measured in which circumstance, the policy first, then the one beside it.
+
+    Raises:
+      UserError: a policy that cannot be loaded, a circumstance that it cannot walk in, or another world
+        beside it.
+    """
+    first = named.load(args.policy)
+    tried = circumstances(first.config, args.values())
+    names = [args.policy] + [args.beside] * (args.beside not in (NOBODY, args.policy))
+    plan = [(one, one.subject(name)) for name in names for one in tried]
+    own = next(place for place, one in enumerate(tried) if one.own)
+    for _, other in plan[own :: len(tried)]:
+        policies.check_world(plan[own][1], other)
+    return plan
+
+
+def generalise(plan: Plan, args: GeneraliseArgs, tell: Tell = lambda what, share: None) -> dict[str, Any]:
+    """The same trials in every circumstance, as the JSON that ``jaxwalk generalise`` writes.
+
+    Sizes, noise, speed and burdens are numbers of the walkers: one program serves a policy.
+
+    Args:
+      tell: called with what is under way and the share of it that is done.
+    """
+    options = EvaluateArgs(**{name: getattr(args, name) for name in _SHARED})
+    programs = Programs(options)
+    first = next(subject for one, subject in plan if one.own)
+    own = first.config
+    known: dict[str, dict[str, Any]] = {}  # a policy's own circumstance is among each kind's
+    rows = []
+    for place, (one, subject) in enumerate(plan):
+        if not one.own or subject.name not in known:
+            found = _measured(one, subject, options, own, programs)
+            known |= {subject.name: found} if one.own else {}
+        else:
+            found = known[subject.name]
+        what = {"policy": subject.name, "kind": one.kind, "value": one.value, "own": one.own}
+        rows.append(what | found)
+        tell("circumstances", (place + 1) / len(plan))
+    return {
+        "rows": rows,
+        **provenance.stamp("generalise", args, first, own),
+    }
+
+
+def _measured(
+    one: Circumstance, subject: Subject, options: EvaluateArgs, own: Config, programs: Programs
+) -> dict[str, Any]:
+    ratio = one.push_ratio(own)
+    scaled = dataclasses.replace(options, impulses=tuple(ratio * impulse for impulse in options.impulses))
+    row = one_change.measured(
+        evaluation.evaluate(subject, scaled, programs=programs, burden=one.burden), options
+    )
+    return {
+        "height": one.height,
+        "mass": one.mass,
+        "mass_total": one.kilograms,
+        "speed_desired": one.speed,
+        **row,
+        "speed_ratio": row["walking"]["speed_mean"] / one.speed,
+        "threshold_per_kg": {
+            way: None if size is None else size / one.kilograms for way, size in row["threshold"].items()
+        },
+    }
+
+
+def table(rows: list[dict[str, Any]]) -> bytes:
+    """``generalise.csv``: a line for each policy and circumstance."""
+    lines = []
+    for row in rows:
+        plain = ("policy", "kind", "value", "own", "height", "mass", "mass_total", "speed_desired")
+        line = {name: row[name] for name in plain}
+        for name in ("never_fell", "pushes_survived"):
+            line |= {name: row[name]["share"]} | {f"{name}_{end}": row[name][end] for end in ("low", "high")}
+        line |= {name: row["walking"][name] for name in ("speed_mean", "speed_std")}
+        line |= {"speed_ratio": row["speed_ratio"], "step_length": row["walking"]["step_length_mean"]}
+        for name in ("threshold", "threshold_per_kg"):
+            line |= {f"{name}_{way}": size for way, size in row[name].items()}
+        lines.append(line)
+    return files.to_csv(lines)
+
+
+def main(args: GeneraliseArgs) -> None:
+    """The command."""
+    plan = planned(args)  # before minutes of work
+    files.make_folder("--out", args.out)
+    console = Console()
+    backend.begin(plan[0][1].config, args.engine)
+    with screen.bars(console) as tell:
+        result = generalise(plan, args, tell)
+    files.write_json(args.out / "generalise.json", result)
+    files.write_bytes(args.out / "generalise.csv", table(result["rows"]))
+    picture.draw(result, args.out / "generalise.png")
+    _print(console, result["rows"])
+    told = "generalise.json, generalise.csv and generalise.png"
+    console.print(f"{told} in {args.out}", highlight=False)
+
+
+def _print(console: Console, rows: list[dict[str, Any]]) -> None:
+    for name in dict.fromkeys(row["policy"] for row in rows):
+        columns = ("(* own)", *one_change.COLUMNS, "N s/kg", "asked")
+        title = f"{name} (asked: speed / speed asked for; N s+: or more, the grid ends)"
+        screen = Table(*columns, title=title, box=box.SIMPLE, padding=0, pad_edge=False)
+        for row in (row for row in rows if row["policy"] == name):
+            what = f"{row['kind'].replace('_', ' ')} {row['value']:g}{'*' if row['own'] else ''}"
+            each = ("-" if size is None else f"{size:.2f}" for size in row["threshold_per_kg"].values())
+            screen.add_row(what, *one_change.cells(row), "/".join(each), f"{row['speed_ratio']:.2f}")
+        console.print(screen)

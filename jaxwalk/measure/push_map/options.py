@@ -1,0 +1,78 @@
+"""``jaxwalk push-map``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from jaxwalk.common import files
+from jaxwalk.common.errors import UserError
+from jaxwalk.config import Engine
+from jaxwalk.model.push_points import Point
+from jaxwalk.options import checks
+from jaxwalk.options.parse import Impulses, Numbers, OptionalInt, OptionalModel, Points, Policy, checked
+
+IMPULSES = tuple(float(i) for i in range(-120, 121, 15))
+
+
+@dataclass(frozen=True)
+class PushMapArgs:
+    """Which pushes a policy survives: phase of the step x impulse x point x duration."""
+
+    policy: Policy
+    out: Path
+    """Folder for map.npz, map.json and map.png. A map that was interrupted there goes on."""
+    impulses: Impulses = IMPULSES
+    """Pushes, N s, ascending, with commas between; positive ones push forward."""
+    phases: int = 16
+    """Points of the step at which a push begins, evenly spread."""
+    points: Points = ("torso",)
+    """Where pushes land, with commas between: torso (its centre), torso+0.2 (0.2 m above), torso-0.1, or
+    the centre of stance-thigh, stance-shank, swing-thigh, swing-shank; stance is the leg that carries when
+    the push begins."""
+    durations: Numbers = (0.1,)
+    """How long pushes last, s, with commas between."""
+    replicas: OptionalInt = None
+    """Walkers for each combination. Default: 64 where native code steps them, 8 elsewhere."""
+    chunk: int = 512
+    """Trials in one program: what bounds the memory. The map does not depend on it, nor on how many devices
+    there are (on a GPU programs of other sizes round otherwise, which can turn a trial on the brink)."""
+    model: OptionalModel = None
+    engine: Engine = "mjx"
+    """What moves the walkers: mjx, or mujoco (C MuJoCo in doubles, solved to convergence)."""
+    seed: int = 0
+    """Seed of everything that is drawn at random."""
+
+    def check(self) -> None:
+        """Raises:
+        UserError: an option out of its range.
+        """
+        checks.policy(self.policy)
+        for option, values in (
+            ("--impulses", self.impulses),
+            ("--durations", self.durations),
+        ):
+            checks.ascending(option, values)
+        for impulse in self.impulses:
+            checks.between("--impulses", impulse, -1000.0, 1000.0, " N s")
+        if len(set(self.points)) < len(self.points):
+            raise UserError(f"--points {','.join(self.points)}: give each point once")
+        for point in self.points:
+            checks.between("--points torso", Point.of(point).height, -1.0, 1.0, " m above its centre")
+        for duration in self.durations:
+            checks.push_seconds("--durations", duration)
+        checks.replicas(self.replicas)
+        for option in ("phases", "chunk"):
+            checks.whole(f"--{option}", getattr(self, option))
+        checks.seed(self.seed)
+        files.check_folder("--out", self.out)
+
+
+def read(argv: Sequence[str]) -> PushMapArgs:
+    """The options, checked.
+
+    Raises:
+      UserError: one of them is wrong.
+    """
+    return checked(PushMapArgs, argv, "push-map")

@@ -1,0 +1,186 @@
+"""Options from dataclasses by tyro, with one-line errors in place of its boxes."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import math
+import re
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Protocol, TypeVar, get_args
+
+import tyro
+
+from jaxwalk.common.errors import UserError
+from jaxwalk.config import BodyModel
+from jaxwalk.model.push_points import Point
+
+T = TypeVar("T")
+_COLOUR = re.compile(r"\x1b\[[0-9;]*m")
+
+
+def parse(kind: type[T], argv: Sequence[str], command: str, default: T | None = None) -> T:
+    """The options of ``jaxwalk command`` as a dataclass.
+
+    Args:
+      kind: dataclass whose fields are the options.
+      default: an instance that holds the defaults, if not those of ``kind``.
+
+    Raises:
+      UserError: an option or a value that is wrong.
+      SystemExit: code 0, after printing the help that was asked for.
+    """
+    with _one_line_errors(command):
+        return tyro.cli(
+            kind,
+            args=argv,
+            prog=f"jaxwalk {command}",
+            default=tyro.MISSING_NONPROP if default is None else default,
+            # Switches are written --name True, so that each can be turned off as it is turned on.
+            config=(tyro.conf.FlagConversionOff,),
+        )
+
+
+class Options(Protocol):
+    """What a command's dataclass of options can do, beside holding them."""
+
+    def check(self) -> None:
+        """Raises:
+        UserError: an option out of its range.
+        """
+
+
+Checked = TypeVar("Checked", bound=Options)
+
+
+def checked(
+    kind: type[Checked], argv: Sequence[str], command: str, default: Checked | None = None
+) -> Checked:
+    """`parse`, and then see that the values can be meant.
+
+    Raises:
+      UserError, SystemExit: as there; an option out of its range.
+    """
+    args = parse(kind, argv, command, default)
+    args.check()
+    return args
+
+
+def parse_known(kind: type[T], argv: Sequence[str], command: str) -> T:
+    """Only the options that ``kind`` has; all others are left for a later look.
+
+    Raises:
+      UserError: a wrong value for one of them.
+    """
+    with _one_line_errors(command):
+        found, _ = tyro.cli(
+            kind, args=argv, prog=f"jaxwalk {command}", return_unknown_args=True, add_help=False
+        )
+    return found
+
+
+@contextlib.contextmanager
+def _one_line_errors(command: str) -> Iterator[None]:
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(said):
+            yield
+    except SystemExit as stop:
+        if not stop.code:
+            raise
+        raise UserError(f"{flatten(said.getvalue())}; see jaxwalk {command} --help") from None
+
+
+def flatten(box: str) -> str:
+    """tyro's error box as one line, without its frame and title.
+
+    The box is a title, then paragraphs between rules: what is wrong, what would be right, where
+    the help is. Its frame is ASCII where the locale
+    is, and coloured on a terminal. Of options that were perhaps meant,
+    three names are enough.
+    """
+    paragraphs: list[list[str]] = [[]]
+    for line in _COLOUR.sub("", box).splitlines()[1:]:
+        text = line.strip(" │╭╮╰╯")
+        if text.strip("─-"):
+            paragraphs[-1].append(text)
+        else:
+            paragraphs.append([])
+    parts = []
+    for paragraph in (" ".join(lines) for lines in paragraphs if lines):
+        if paragraph.startswith("Perhaps you meant"):
+            parts.append("perhaps you meant " + " or ".join(re.findall(r"(?<!\S)--[\w.-]+", paragraph)[:3]))
+        elif not paragraph.startswith("For full helptext"):
+            parts.append(paragraph.removeprefix("Argument helptext: ").rstrip("."))
+    return "; ".join(parts)
+
+
+def _numbers_from_str(values: list[str], what: str) -> tuple[float, ...]:
+    try:
+        numbers = tuple(float(item) for item in values[0].split(","))
+    except ValueError:
+        numbers = ()
+    if not numbers or not all(map(math.isfinite, numbers)):
+        raise ValueError(
+            f"{values[0]!r} is no list of {what}, give numbers with commas between, as in 30,-40"
+        )
+    return numbers
+
+
+def plain(value: Any) -> str:
+    """A value as it is given on the command line; a number in the fewest digits that read back."""
+    return repr(value).removesuffix(".0") if isinstance(value, float) else str(value)
+
+
+def _is_numbers(value: Any) -> bool:
+    return isinstance(value, tuple) and all(isinstance(item, float) for item in value)
+
+
+def _list_of(what: str) -> tyro.constructors.PrimitiveConstructorSpec:
+    return tyro.constructors.PrimitiveConstructorSpec(
+        nargs=1,
+        metavar="N,N,...",
+        instance_from_str=lambda values: _numbers_from_str(values, what),
+        is_instance=_is_numbers,
+        str_from_instance=lambda numbers: [",".join(map(plain, numbers))],
+    )
+
+
+def _names_of(metavar: str, read: Callable[[str], str]) -> tyro.constructors.PrimitiveConstructorSpec:
+    """Names with commas between; ``read`` gives each as it is kept."""
+    return tyro.constructors.PrimitiveConstructorSpec(
+        nargs=1,
+        metavar=metavar,
+        instance_from_str=lambda values: tuple(map(read, values[0].split(","))),
+        is_instance=lambda value: isinstance(value, tuple) and all(isinstance(item, str) for item in value),
+        str_from_instance=lambda names: [",".join(names)],
+    )
+
+
+POLICIES = (
+    "A run folder, a policy file, 'shipped', 'fixed' (the nominal step, never adapted), 'constant' (a step "
+    "searched for, never adapted), or a rule: 'raibert' (length from speed), 'capture-point' (length "
+    "and duration)."
+)
+Policy = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="POLICY", help=POLICIES)]
+Given = tyro.conf.UseCounterAction[int]
+"""A switch without a value, for a way to run a command rather than a setting: 0 unless it is given."""
+OptionalPolicy = Annotated[str | None, tyro.conf.arg(metavar="POLICY")]
+OptionalFile = Annotated[Path | None, tyro.conf.arg(metavar="PATH")]
+OptionalFloat = Annotated[float | None, tyro.conf.arg(metavar="FLOAT")]
+OptionalInt = Annotated[int | None, tyro.conf.arg(metavar="INT")]
+OptionalModel = Annotated[
+    BodyModel | None,
+    tyro.conf.arg(
+        metavar=f"{{{','.join(get_args(BodyModel))}}}",
+        help="The body: in the plane, or free between two frictionless walls, as the paper's. Default: that "
+        "of the policy's configuration.",
+    ),
+]
+Impulses = Annotated[tuple[float, ...], _list_of("impulses")]
+"""Impulses in N s, as ``30,-40`` on the command line; positive ones push forward."""
+Numbers = Annotated[tuple[float, ...], _list_of("numbers")]
+Names = Annotated[tuple[str, ...], _names_of("NAME,NAME,...", str.strip)]
+Points = Annotated[tuple[str, ...], _names_of("POINT,POINT,...", lambda item: Point.of(item).name)]
+"""Points on the body by the names of `push_points.Point`, as ``torso-0.1,torso,stance-thigh``."""
