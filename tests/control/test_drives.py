@@ -21,7 +21,7 @@ from jaxwalk.model.similarity import Similarity
 
 PAPER = PRESETS["paper"]
 DT = PAPER.physics.timestep
-TABLE = Path(__file__).resolve().parent.parent / "docs" / "paper-preset.md"
+TABLE = Path(__file__).resolve().parents[2] / "docs" / "paper-preset.md"
 
 
 def gains(**changes):

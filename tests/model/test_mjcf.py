@@ -10,7 +10,7 @@ import pytest
 from jaxwalk.config import BodyConfig, PhysicsConfig
 from jaxwalk.model import anthropometry, mjcf
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def make_models():
