@@ -8,7 +8,7 @@ import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Protocol, TypeVar, get_args
+from typing import Annotated, Any, Protocol, TypeVar, get_args, runtime_checkable
 
 import tyro
 
@@ -42,6 +42,7 @@ def parse(kind: type[T], argv: Sequence[str], command: str, default: T | None = 
         )
 
 
+@runtime_checkable
 class Options(Protocol):
     """What a command's dataclass of options can do, beside holding them."""
 
