@@ -27,7 +27,7 @@ test: $(READY) ## the tests, the slow ones left out
 test-all: $(READY) ## all tests
 	$(BIN)/python -m pytest -q -n auto --dist loadfile -m "slow or not slow" $(ARGS)
 
-bench: $(READY) ## bare mjx.step, the tick and training, measured (ARGS="--stages True", "--batches 64,256,1024,4096,16384")
+bench: $(READY) ## bare mjx.step, the tick and training, measured (ARGS="--stages", "--batches 64,256,1024,4096,16384")
 	$(BIN)/jaxwalk bench $(ARGS)
 
 report: $(READY) ## one page of everything about a policy (ARGS="runs/NAME --out page.html")
@@ -37,8 +37,8 @@ report: $(READY) ## one page of everything about a policy (ARGS="runs/NAME --out
 # Small samples go elsewhere: they are never taken for, nor written over, full ones.
 paper: $(READY) ## every claim of the paper, measured, into docs/paper (QUICK=1: small samples, into runs/paper-quick; RETRAIN=1)
 	@mkdir -p docs/paper
-	$(BIN)/jaxwalk paper --out $(if $(QUICK),runs/paper-quick --trained docs/paper --quick True,docs/paper) \
-		$(if $(RETRAIN),--retrain True) $(ARGS)
+	$(BIN)/jaxwalk paper --out $(if $(QUICK),runs/paper-quick --trained docs/paper --quick,docs/paper) \
+		$(if $(RETRAIN),--retrain) $(ARGS)
 
 lint: $(READY) ## style and types
 	$(BIN)/ruff check .

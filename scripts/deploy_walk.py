@@ -1,6 +1,6 @@
 """The deployed controllers on the walker in C MuJoCo, beside the JAX controllers on the same plant.
 
-NumPy's and C's close the loop of `jaxwalk.export.closed_loop`; JAX's walk in ``jaxwalk evaluate --engine
+NumPy's and C's close the loop of `jaxwalk.task.deployed`; JAX's walk in ``jaxwalk evaluate --engine
 mujoco``. All walk undisturbed, then meet the same pushes at the same phases of the step.
 """
 
@@ -17,21 +17,22 @@ import numpy as np
 from jaxwalk import deploy
 from jaxwalk.common import files, runtime
 from jaxwalk.config import Config
-from jaxwalk.export import c_runtime, closed_loop, command
+from jaxwalk.export import c_runtime, command
 from jaxwalk.learn.policies import named
 from jaxwalk.measure.evaluate import evaluation
 from jaxwalk.measure.evaluate.options import EvaluateArgs
+from jaxwalk.task import deployed
 
 
 def walked(config: Config, controller: Any, args: argparse.Namespace) -> dict[str, Any]:
     """Survival and speed undisturbed, and survival by impulse."""
-    calm = [closed_loop.walk(config, controller, args.seconds, seed) for seed in range(args.walkers)]
+    calm = [deployed.walk(config, controller, args.seconds, seed) for seed in range(args.walkers)]
     survival = {}
     for impulse in args.impulses:
         phases = np.arange(args.phases) / args.phases
         delays = [args.step_seconds * phase for phase in phases for _ in range(args.replicas)]
         pushed = [
-            closed_loop.walk(config, controller, 13.0, 1000 + seed, closed_loop.Shove(impulse, delay))
+            deployed.walk(config, controller, 13.0, 1000 + seed, deployed.Shove(impulse, delay))
             for seed, delay in enumerate(delays)
         ]
         survival[f"{impulse:+g}"] = float(np.mean([not walk.fell for walk in pushed]))

@@ -28,6 +28,8 @@ def words(command: str, args: Any) -> list[str]:
         value, extras = getattr(args, field.name), getattr(hints[field.name], "__metadata__", ())
         if tyro.conf.Positional in extras:
             given += _texts(value, extras)
+        elif isinstance(value, bool) and value != field.default:
+            found.append(f"--{'' if value else 'no-'}{field.name.replace('_', '-')}")
         elif value != field.default:
             found += [f"--{field.name.replace('_', '-')}", *_texts(value, extras)]
     return [found[0], *given, *found[1:]]

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import io
 import math
 import re
+import typing
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Protocol, TypeVar, get_args, runtime_checkable
+from typing import Annotated, Any, Protocol, TypeVar, get_args, get_origin, runtime_checkable
 
 import tyro
 
@@ -34,11 +36,9 @@ def parse(kind: type[T], argv: Sequence[str], command: str, default: T | None = 
     with _one_line_errors(command):
         return tyro.cli(
             kind,
-            args=argv,
+            args=_without_values(argv, set(_switches(kind))),
             prog=f"jaxwalk {command}",
             default=tyro.MISSING_NONPROP if default is None else default,
-            # Switches are written --name True, so that each can be turned off as it is turned on.
-            config=(tyro.conf.FlagConversionOff,),
         )
 
 
@@ -79,6 +79,37 @@ def parse_known(kind: type[T], argv: Sequence[str], command: str) -> T:
             kind, args=argv, prog=f"jaxwalk {command}", return_unknown_args=True, add_help=False
         )
     return found
+
+
+def _switches(kind: type, prefix: str = "") -> Iterator[tuple[str, str]]:
+    """What precedes its name, and the name, of each option that is on or off."""
+    for name, hint in typing.get_type_hints(kind, include_extras=True).items():
+        own = name
+        if get_origin(hint) is Annotated:
+            own = next(
+                (extra.name for extra in hint.__metadata__ if getattr(extra, "name", None) == ""), name
+            )
+            hint = get_args(hint)[0]
+        if hint is bool:
+            yield prefix, own.replace("_", "-")
+        elif dataclasses.is_dataclass(hint):
+            yield from _switches(hint, f"{prefix}{own}.".replace("_", "-") if own else prefix)
+
+
+def _without_values(argv: Sequence[str], switches: set[tuple[str, str]]) -> list[str]:
+    """``--name`` and ``--no-name`` for ``--name True`` and ``--name False``, as switches once were given."""
+    words, given = [], list(argv)
+    while given:
+        option, _, value = (word := given.pop(0)).partition("=")
+        before, _, name = option.removeprefix("--").replace("_", "-").rpartition(".")
+        prefix = f"{before}." if before else ""
+        if option.startswith("--") and (prefix, name) in switches:
+            if not value and given and given[0] in ("True", "False"):
+                value = given.pop(0)
+            if value in ("True", "False"):
+                word = f"--{prefix}{'' if value == 'True' else 'no-'}{name}"
+        words.append(word)
+    return words
 
 
 @contextlib.contextmanager
@@ -165,8 +196,6 @@ POLICIES = (
     "and duration)."
 )
 Policy = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="POLICY", help=POLICIES)]
-Given = tyro.conf.UseCounterAction[int]
-"""A switch without a value, for a way to run a command rather than a setting: 0 unless it is given."""
 OptionalPolicy = Annotated[str | None, tyro.conf.arg(metavar="POLICY")]
 OptionalFile = Annotated[Path | None, tyro.conf.arg(metavar="PATH")]
 OptionalFloat = Annotated[float | None, tyro.conf.arg(metavar="FLOAT")]

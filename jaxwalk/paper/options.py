@@ -56,7 +56,7 @@ class PaperArgs:
         checks.policy(self.policy)
         files.check_folder("--out", self.out)
         if self.trained is not None and not self.retrain and not self.trained.is_dir():
-            raise UserError(f"--trained {self.trained}: there is no such folder; give one, or --retrain True")
+            raise UserError(f"--trained {self.trained}: there is no such folder; give one, or --retrain")
         files.check_folder("--out" if self.trained is None else "--trained", self.trainings)
         if len(set(self.only)) < len(self.only):
             raise UserError(f"--only {' '.join(self.only)}: give each claim once")

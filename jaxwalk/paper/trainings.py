@@ -20,7 +20,7 @@ from jaxwalk.learn.runs import run_folder
 
 POLICIES, CURVES = "policies", "curves"
 _COLUMNS = ("footsteps", "survival", "score")
-_CURE = "write it anew with jaxwalk paper --retrain True"
+_CURE = "write it anew with jaxwalk paper --retrain"
 _FULL = ("--observation", "speed", "pitch", "zmp", "step_length")
 
 

@@ -14,10 +14,10 @@ def called(monkeypatch):
     """What the commands hand on: a list of argument tuples."""
     calls = []
     modules = {
-        "train": ("run", "resume"),
-        "evaluate": ("main",),
-        "render": ("main",),
-        "bench.command": ("main",),
+        "learn.train.run": ("run", "resume"),
+        "measure.evaluate.command": ("main",),
+        "show.render.command": ("main",),
+        "measure.bench.command": ("main",),
     }
     for module, functions in modules.items():
         recorder = types.SimpleNamespace(**{name: lambda *args: calls.append(args) for name in functions})

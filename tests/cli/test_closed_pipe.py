@@ -12,8 +12,8 @@ RICH = """
 import sys, types
 from rich.console import Console
 from jaxwalk.cli import main
-canned = types.SimpleNamespace(run=lambda argv: Console().print("measured"))
-sys.modules["jaxwalk.measure.bench.options"] = canned
+canned = types.SimpleNamespace(main=lambda args: Console().print("measured"))
+sys.modules["jaxwalk.measure.bench.command"] = canned
 sys.exit(main(["bench"]))
 """
 

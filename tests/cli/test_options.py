@@ -152,3 +152,17 @@ def test_version(jaxwalk_cli):
 def test_paths_stay_paths(jaxwalk_cli, called):
     assert jaxwalk_cli("train", "--run-dir", "relative/run")[0] == 0
     assert called[0][1] == Path("relative/run")
+
+
+@pytest.mark.parametrize(
+    ("words", "twin", "back_step"),
+    [
+        ("", False, True),
+        ("--ddpg.twin --gait.no-back-step", True, False),
+        ("--ddpg.twin True --gait.back-step False", True, False),  # as it was written once
+        ("--ddpg.twin=False --gait.back_step=True", False, True),
+    ],
+)
+def test_a_switch_is_given_alone_or_with_a_value_as_of_old(words, twin, back_step):
+    config = read(words.split()).config
+    assert (config.ddpg.twin, config.gait.back_step) == (twin, back_step)

@@ -9,7 +9,7 @@ from jaxwalk.common import runtime
 
 _REPORT = """
 import json, sys
-from jaxwalk import runtime
+from jaxwalk.common import runtime
 runtime.setup()
 runtime.setup()
 import jax

@@ -17,12 +17,12 @@ from jaxwalk.common.errors import UserError
 from jaxwalk.config import Observable
 from jaxwalk.control import controllers, walker
 from jaxwalk.control.person import skeleton
-from jaxwalk.export import c, c_runtime, closed_loop, manifest, tensors
-from jaxwalk.export.closed_loop import Shove
+from jaxwalk.export import c, c_runtime, manifest, tensors
 from jaxwalk.learn.ddpg import networks
 from jaxwalk.learn.policies import named, policy
 from jaxwalk.model.physics import Readings
-from jaxwalk.task import footstep, stepper
+from jaxwalk.task import deployed, footstep, stepper
+from jaxwalk.task.deployed import Shove
 from jaxwalk.task.stepper import Task
 
 TRAINED = policy.load(resources.model_path("shipped.safetensors"))
@@ -115,9 +115,9 @@ class Recorded:
         path.write_bytes(tensors.to_npz(trained, told))
         runtime = deploy.Controller.load(path)
         seconds = TICKS * config.physics.timestep
-        self.walk = closed_loop.walk(config, runtime, seconds, 3, shove, keep=True)
+        self.walk = deployed.walk(config, runtime, seconds, 3, shove, keep=True)
         size = len(config.observation)
-        start = closed_loop.start(config, jax.random.key(3))
+        start = deployed.start(config, jax.random.key(3))
         said, stance = self.walk.said, int(start.gait.stance)
         self.numpy = _driven(deploy.Controller.load(path), said, stance, lambda c: c.observation)
 

@@ -14,7 +14,7 @@ from jaxwalk.config import Config, validate
 from jaxwalk.config.presets import PRESETS, PresetName, of_machine
 from jaxwalk.learn.runs import run_folder, seeds_folder
 from jaxwalk.options import checks
-from jaxwalk.options.parse import Given, OptionalFile, checked, parse_known
+from jaxwalk.options.parse import OptionalFile, checked, parse_known
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class TrainArgs:
     """Seed of everything that is drawn at random."""
     seeds: int = 1
     """Independent trainings in one program, of the seeds from --seed on: a run folder for each."""
-    distributed: Given = 0
+    distributed: bool = False
     """This is one of several processes, on one machine or many, that SLURM, Kubernetes or MPI has started, or
     that are told of each other by the next three."""
     coordinator: str | None = None

@@ -16,8 +16,9 @@ from rich.table import Table
 
 from jaxwalk import deploy
 from jaxwalk.common import files
-from jaxwalk.export import c_runtime, closed_loop, command, onnx, stablehlo
+from jaxwalk.export import c_runtime, command, onnx, stablehlo
 from jaxwalk.learn.policies import named, policy, provenance
+from jaxwalk.task import deployed
 
 if TYPE_CHECKING:
     from jaxwalk.measure.bench.options import BenchArgs
@@ -67,7 +68,7 @@ def measure(name: str, args: BenchArgs, tell: Callable[[str], None] = lambda wha
         in_numpy = {kind: deploy.Controller.load(written[kind]) for kind in ("safetensors", "npz")}
         in_c = c_runtime.Controller(library, config.body.height, config.body.mass, config.gait.speed_desired)
         tell("walking")
-        walk = closed_loop.walk(config, in_numpy["npz"], _WALK_SECONDS, args.seed, keep=True)
+        walk = deployed.walk(config, in_numpy["npz"], _WALK_SECONDS, args.seed, keep=True)
         session = onnx.require("onnxruntime").InferenceSession(
             str(written["onnx"]), providers=["CPUExecutionProvider"]
         )

@@ -25,7 +25,7 @@ class BenchArgs:
     """Instead, time bare mjx.step and what training adds to it, one stage after another, with C MuJoCo and
     the machine's peaks beside them."""
     batches: Numbers = ()
-    """Instead, time bare mjx.step, the tick and training (with --stages True: each stage) in batches of these
+    """Instead, time bare mjx.step, the tick and training (with --stages: each stage) in batches of these
     sizes; beside --json a picture of the same name."""
     seed: int = 0
     """Seed of everything that is drawn at random."""

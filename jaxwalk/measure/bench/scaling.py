@@ -1,4 +1,4 @@
-"""``jaxwalk bench --stages True`` and ``--batches``: where a tick goes, over batch sizes; tables and JSON."""
+"""``jaxwalk bench --stages`` and ``--batches``: where a tick goes, over batch sizes; tables and JSON."""
 
 from __future__ import annotations
 

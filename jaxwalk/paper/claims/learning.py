@@ -22,9 +22,7 @@ def absent(numbers: Numbers) -> tuple[Check, ...]:
     if not files:
         return ()
     more = f" and {len(files) - 1} more" if len(files) > 1 else ""
-    return (
-        Check(f"not trained yet: {files[0]}{more} missing; jaxwalk paper --retrain True trains them", None),
-    )
+    return (Check(f"not trained yet: {files[0]}{more} missing; jaxwalk paper --retrain trains them", None),)
 
 
 def table(numbers: Numbers) -> list[dict[str, object]]:
