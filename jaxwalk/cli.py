@@ -5,18 +5,21 @@ Nothing heavy is imported before a command's options have been read and found go
 
 from __future__ import annotations
 
+import dataclasses
 import difflib
 import importlib
 import os
 import shlex
 import sys
 from collections.abc import Sequence
+from typing import Any
 
 from jaxwalk import __version__
 from jaxwalk.common import runtime
 from jaxwalk.common.errors import UserError
 
 _COMMANDS = {  # name: the package of its options and of the command itself; what it does
+    "demo": ("demo", "the shipped policy, pushed, on a page that opens in the browser"),
     "train": ("learn.train", "train a policy into a run folder"),
     "train-baseline": ("learn.brax", "train Brax's PPO or SAC on the same task, to compare with"),
     "sweep": ("learn.sweep", "search training's options, several machines on one study"),
@@ -116,10 +119,29 @@ def _run(name: str, argv: list[str]) -> None:
     args = importlib.import_module(f"{home}.options").read(argv)
     runtime.setup()
     main = importlib.import_module(f"{home}.command").main
-    if name in _RECORDED:
+    if name == "export" and "html" in args.format:
+        kinds = tuple(kind for kind in args.format if kind != "html")
+        if kinds:
+            main(dataclasses.replace(args, format=kinds))
+        _export_page(args)
+    elif name in _RECORDED:
         main(args, shlex.join(["jaxwalk", name, *argv]))
     else:
         main(args)
+
+
+def _export_page(args: Any) -> None:
+    """What ``export --format html``, as pages were once asked for, comes to: render's."""
+    from jaxwalk.common import files
+    from jaxwalk.options import lines
+    from jaxwalk.show.render import command
+    from jaxwalk.show.render.options import RenderArgs
+
+    asked = RenderArgs(args.policy, args.out / "replay.html", seed=args.seed, model=args.model)
+    asked = asked if args.impulses is None else dataclasses.replace(asked, impulses=args.impulses)
+    files.make_folder("--out", args.out)
+    print(f"jaxwalk: a page is made by {lines.line('render', asked)}", file=sys.stderr)
+    command.main(asked)
 
 
 def _help() -> str:

@@ -15,9 +15,6 @@ from jaxwalk.common.errors import UserError
 from jaxwalk.export import c, manifest, onnx, selftest, stablehlo, tensors
 from jaxwalk.learn.policies import named, policy
 from jaxwalk.learn.runs import run_folder
-from jaxwalk.options import lines
-from jaxwalk.show.replay_page import replay
-from jaxwalk.show.replay_page.replay import Replay
 
 if TYPE_CHECKING:
     from jaxwalk.export.options import ExportArgs
@@ -94,42 +91,15 @@ def main(args: ExportArgs) -> None:
       UserError: a policy that cannot be had in a format asked for, or a file that fails its test.
     """
     console = Console()
-    kinds = tuple(kind for kind in args.format if kind in WRITERS)
-    if "safetensors" in kinds:
+    if "safetensors" in args.format:
         run_folder.check_none("--out", args.out)  # whose policy has the same name
-    carried = load(args.policy) if kinds else None
-    written, replayed = {}, None
-    if "html" in args.format:
-        replayed = _replay(args, console)
-    if carried is not None:
-        written = write(*carried, kinds, args.out)
+    written = write(*load(args.policy), args.format, args.out)
     table = Table("format", "file", "bytes", "actions", "commands, m or s", title=f"{args.policy}, exported")
     for kind, path in written.items():
         found = selftest.in_fresh_process(kind, path) if args.verify else None
         told_of = [f"{found[name]:.1e}" for name in ("actions", "commands")] if found else ["-", "-"]
         table.add_row(kind, path.name, f"{path.stat().st_size:,}", *told_of)
-    if args.verify and written:
+    if args.verify:
         table.caption = "largest differences from JAX on the self-test vectors, each in a fresh process"
-    if replayed is not None:
-        path = args.out / replay.FILE
-        table.add_row("html", path.name, f"{path.stat().st_size:,}", "-", "-")
     console.print(table)
-    if replayed is not None and args.verify:
-        worst = replay.verify(args.out / replay.FILE, replayed)
-        console.print(
-            f"{replay.FILE}: loads nothing; {len(replayed.walks)} walks, read back within {1000 * worst:.2g} "
-            "mm or mrad of what was recorded",
-            highlight=False,
-        )
     console.print(f"files in {args.out}", highlight=False)
-
-
-def _replay(args: ExportArgs, console: Console) -> Replay:
-    """Walk, and write the page of it."""
-    subject = named.load(args.policy, model=args.model)
-    with console.status("walking") as status:
-        recorded = replay.record(subject, args.impulses, args.seed, status.update)
-    content = replay.html(recorded, named.origin(args.policy), lines.line("export", args))
-    files.make_folder("--out", args.out)
-    files.write_bytes(args.out / replay.FILE, content)
-    return recorded

@@ -9,30 +9,27 @@ from pathlib import Path
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
 from jaxwalk.options import checks
-from jaxwalk.options.parse import Impulses, Names, OptionalModel, Policy, checked
+from jaxwalk.options.parse import Impulses, Names, OptionalModel, Policy, checked, parse_known
 
-FORMATS = ("safetensors", "npz", "onnx", "stablehlo", "c", "html")
-IMPULSES = (-80.0, -40.0, 40.0, 70.0)
-MOST_IMPULSES = 12  # the page stays below a megabyte
+FORMATS = ("safetensors", "npz", "onnx", "stablehlo", "c")
+PAGE = "html"  # made by jaxwalk render; taken here as of old
 
 
 @dataclass(frozen=True)
 class ExportArgs:
-    """Write a trained policy, with its normaliser, bounds, units and controllers, for other runtimes; or any
-    policy's walks as a page to watch."""
+    """Write a trained policy, with its normaliser, bounds, units and controllers, for other runtimes."""
 
     policy: Policy
     out: Path
     """Folder for the files, made if it is not there; files of the same names are replaced."""
     format: Names = ("safetensors",)
-    """Formats, with commas between: safetensors, npz, onnx, stablehlo, c; html: a page that replays walks."""
+    """Formats, with commas between: safetensors, npz, onnx, stablehlo, c."""
     verify: bool = False
-    """Whether each file is tested in a fresh process against what JAX computes; the page is read back."""
-    impulses: Impulses = IMPULSES
-    """html: pushes to replay beside the unpushed walk, N s; positive ones push forward."""
-    seed: int = 0
-    """html: seed of the walks' start and of the sensors' noise."""
-    model: OptionalModel = None
+    """Whether each file is tested in a fresh process against what JAX computes."""
+
+    @property
+    def formats(self) -> tuple[str, ...]:
+        return FORMATS
 
     def check(self) -> None:
         """Raises:
@@ -40,24 +37,34 @@ class ExportArgs:
         """
         checks.policy(self.policy)
         for name in self.format:
-            if name not in FORMATS:
+            if name not in self.formats:
                 raise UserError(f"--format {name!r}: give one or more of {', '.join(FORMATS)}")
         if len(set(self.format)) < len(self.format):
             raise UserError(f"--format {','.join(self.format)}: give each format once")
-        if "html" not in self.format:
-            replayed = (
-                ("--impulses", self.impulses, IMPULSES),
-                ("--seed", self.seed, 0),
-                ("--model", self.model, None),
-            )
-            for option, value, default in replayed:
-                if value != default:
-                    raise UserError(f"{option}: is for walks that are replayed; add --format html")
-        checks.impulses("--impulses", self.impulses)
-        if len(self.impulses) > MOST_IMPULSES:
-            raise UserError(f"--impulses with {len(self.impulses)}: give {MOST_IMPULSES} at most")
-        checks.seed(self.seed)
         files.check_folder("--out", self.out)
+
+
+@dataclass(frozen=True)
+class PageArgs(ExportArgs):
+    """With ``--format html``, as pages were once asked for: what `jaxwalk.show.render` takes of these."""
+
+    impulses: Impulses | None = None
+    seed: int = 0
+    model: OptionalModel = None
+
+    @property
+    def formats(self) -> tuple[str, ...]:
+        return *FORMATS, PAGE
+
+    def check(self) -> None:
+        super().check()
+        checks.replayed(self.impulses or ())
+        checks.seed(self.seed)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    format: Names = ()
 
 
 def read(argv: Sequence[str]) -> ExportArgs:
@@ -66,4 +73,5 @@ def read(argv: Sequence[str]) -> ExportArgs:
     Raises:
       UserError: one of them is wrong.
     """
-    return checked(ExportArgs, argv, "export")
+    paged = PAGE in parse_known(_Asked, argv, "export").format
+    return checked(PageArgs if paged else ExportArgs, argv, "export")

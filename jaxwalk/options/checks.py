@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import REFERENCE_HEIGHT, REFERENCE_MASS, BodyConfig, validate
 
+_REPLAYED = 12  # a page stays below a megabyte
 BUILT_IN = ("shipped", "fixed", "constant", "raibert", "capture-point")
 
 
@@ -65,6 +66,13 @@ def impulses(option: str, values: Sequence[float]) -> None:
             raise UserError(f"{option} {value:g}: give -1000 to 1000 N s, and not 0")
     if len(set(values)) < len(values):
         raise UserError(f"{option} {','.join(f'{value:g}' for value in values)}: give each impulse once")
+
+
+def replayed(values: Sequence[float]) -> None:
+    """Pushes that a page replays."""
+    impulses("--impulses", values)
+    if len(values) > _REPLAYED:
+        raise UserError(f"--impulses with {len(values)}: give {_REPLAYED} at most")
 
 
 def push_seconds(option: str, value: float) -> None:

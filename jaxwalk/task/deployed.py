@@ -39,8 +39,14 @@ class Walk:
     Attributes:
       seconds: until it fell, or to the end. fell: it did.
       speed: mean of the hip's over the time after the first 3 s, m/s.
+      pushed: the tick in which the push began; None without one.
+
+    And, where it is kept:
+
       said: what the instruments said, tick by tick, the start's first.
       commands: [T, 6] given after each, and landed: [T] a foot landed in it.
+      qpos: pose after each, the start first, and speeds: of the torso's centre, m/s.
+      landings: (tick, leg that landed, how far it is ahead of the other, m).
     """
 
     seconds: float
@@ -49,6 +55,10 @@ class Walk:
     said: list[Sensors] = field(default_factory=list)
     commands: list[np.ndarray] = field(default_factory=list)
     landed: list[bool] = field(default_factory=list)
+    pushed: int | None = None
+    qpos: list[np.ndarray] = field(default_factory=list)
+    speeds: list[float] = field(default_factory=list)
+    landings: list[tuple[int, int, float]] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -102,7 +112,7 @@ def walk(
     Args:
       seed: of the start and of the noise.
       tell: called before each tick.
-      keep: the instruments and commands too.
+      keep: what happened, tick by tick, too.
     """
     begun = jax.device_get(start(config, jax.random.key(seed)).replace(key=None))
     moved_by = dataclasses.replace(config.physics, drives="servo")  # which is what the command is for
@@ -116,7 +126,8 @@ def walk(
     )
     instruments = Instruments(config, np.random.default_rng(seed), begun.sensors)
     command = runtime.start(said, int(begun.gait.stance))
-    result = Walk(seconds, False, 0.0, [said], [command], [True])
+    result = Walk(seconds, False, 0.0, [said], [command], [True], qpos=[data.qpos.copy()])
+    feet, stance = [data.body(f"foot_{side}") for side in ("left", "right")], int(begun.gait.stance)
     lowest = config.gait.fall_height * anthropometry.build(config.body).hip_height
     dt = config.physics.timestep
     steps, begin, place = 0, None, 0.0
@@ -124,7 +135,7 @@ def walk(
     for tick in range(round(seconds / dt)):
         tell(tick)
         if shove is not None and begin is None and steps == shove.step:
-            begin = tick + round(shove.delay / dt)
+            result.pushed = begin = tick + round(shove.delay / dt)
         pushed = shove is not None and begin is not None and begin <= tick < begin + round(shove.seconds / dt)
         data.xfrc_applied[1, 0] = shove.impulse / shove.seconds if shove is not None and pushed else 0.0
         data.ctrl[:6] = command  # what is beyond is told to stand still
@@ -137,6 +148,12 @@ def walk(
             result.said.append(said)
             result.commands.append(command)
             result.landed.append(runtime.touchdown)
+            result.qpos.append(data.qpos.copy())
+            result.speeds.append(float(data.sensordata[0]))
+        if runtime.touchdown:
+            stance = 1 - stance
+            ahead = float(feet[stance].xpos[0] - feet[1 - stance].xpos[0])
+            result.landings.append((tick + 1, stance, ahead))
         if (tick + 1) * dt <= _SETTLE:
             place = data.qpos[0]
         low = data.qpos[1] < lowest

@@ -137,7 +137,7 @@ def test_every_field_of_the_configuration_is_an_option_with_help(jaxwalk_cli):
             yield from options(value, name + ".") if dataclasses.is_dataclass(value) else [f"--{name}"]
 
     for option in options(Config()):
-        (at,) = (i for i, line in enumerate(lines) if line.split() and line.split()[0] == option)
+        (at,) = (i for i, line in enumerate(lines) if line.split() and line.split()[0].rstrip(",") == option)
         assert any(line and not line.startswith(("(", "--")) for line in lines[at + 1 : at + 3]), (
             f"no help: {option}"
         )

@@ -275,26 +275,18 @@ def test_a_page_that_shows_something_else_fails_its_test(recorded, file, tmp_pat
             replay.verify(path, recorded)
 
 
-def test_the_command_writes_the_page_and_tests_it(recorded, tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize("old", [False, True], ids=["render", "export --format html"])
+def test_the_command_writes_the_page_and_tests_it(recorded, tmp_path, monkeypatch, capsys, old):
     asked = []
     monkeypatch.setattr(replay, "record", lambda *args: asked.append(args) or recorded)
-    argv = [
-        "export",
-        "fixed",
-        "--format",
-        "html",
-        "--out",
-        str(tmp_path),
-        "--impulses",
-        "-40,120",
-        "--seed",
-        "3",
-    ]
-    assert cli.main([*argv, "--verify", "True"]) == 0
+    made = ["export", "fixed", "--format", "html", "--out", str(tmp_path), "--verify", "True"]
+    made = made if old else ["render", "fixed", "--out", str(tmp_path / replay.FILE)]
+    assert cli.main([*made, "--impulses", "-40,120", "--seed", "3"]) == 0
     assert asked[0][1:3] == (IMPULSES, 3)
     found, _ = page.read((tmp_path / replay.FILE).read_bytes())
     assert [one["push"] and one["push"]["impulse"] for one in found["walks"]] == [None, *IMPULSES]
-    assert "3 walks" in capsys.readouterr().out
+    out, error = capsys.readouterr()
+    assert "3 walks" in out and ("jaxwalk render fixed --out" in error) == old
     assert [path.name for path in tmp_path.iterdir()] == [replay.FILE]
 
 
@@ -304,8 +296,7 @@ BAD = {
     "too strong": (["--format", "html", "--impulses", "40,1001"], "--impulses 1001: give"),
     "twice": (["--format", "html", "--impulses", "40,40"], "each impulse once"),
     "many": (["--format", "html", "--impulses", ",".join(map(str, range(1, 14)))], "12 at most"),
-    "for another format": (["--format", "npz", "--impulses", "40"], "add --format html"),
-    "seed for another format": (["--seed", "4"], "--seed: is for walks"),
+    "for another format": (["--format", "npz", "--impulses", "40"], "Unrecognized options: --impulses"),
     "seed": (["--format", "html", "--seed", "-1"], "--seed -1: give a whole number"),
 }
 

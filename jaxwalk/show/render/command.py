@@ -1,4 +1,4 @@
-"""Draw a policy's walk: a film, or a strip of poses."""
+"""``jaxwalk render``: a film, a strip of poses, or a page that replays walks."""
 
 from __future__ import annotations
 
@@ -15,10 +15,14 @@ from PIL import Image, ImageDraw, ImageFont
 from rich.console import Console
 from rich.progress import track
 
+from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
 from jaxwalk.learn.policies import named
+from jaxwalk.learn.policies.named import Subject
+from jaxwalk.options import lines
 from jaxwalk.show import recording, scene
 from jaxwalk.show.recording import SEGMENT, Loop, Shove, Walk, camera_path
+from jaxwalk.show.replay_page import replay
 from jaxwalk.show.scene import Arrow, Stage
 
 if TYPE_CHECKING:
@@ -116,6 +120,9 @@ def main(args: RenderArgs) -> None:
         noise=args.noise,
         model=args.model,
     )
+    if args.page:
+        _write_page(args, subject)
+        return
     scene.choose_backend()  # before the walk, which takes its time
     console = Console()
     model = scene.model(subject.config)
@@ -132,6 +139,19 @@ def main(args: RenderArgs) -> None:
         raise UserError(f"cannot write {args.out}: {error.strerror or error}") from error
     fell = "" if walk.fell is None else f"; fell at {walk.fell:.1f} s"
     console.print(f"{args.out}: {walk.seconds:.1f} s, {walk.qpos[-1, 0]:.1f} m{fell}", highlight=False)
+
+
+def _write_page(args: RenderArgs, subject: Subject) -> None:
+    console = Console()
+    with console.status("walking") as status:
+        recorded = replay.record(subject, args.impulses, args.seed, status.update)
+    page = replay.html(recorded, named.origin(args.policy), lines.line("render", args))
+    files.write_bytes(args.out, page)
+    worst = replay.verify(args.out, recorded)
+    print(
+        f"{args.out}: {len(recorded.walks)} walks; loads nothing, read back within {1000 * worst:.2g} mm or "
+        "mrad of what was recorded"
+    )
 
 
 def _write_strip(path: Path, walk: Walk, stage_of: Callable[[int, int], Stage], args: RenderArgs) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,18 +10,21 @@ from pathlib import Path
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
 from jaxwalk.options import checks
-from jaxwalk.options.parse import OptionalFloat, OptionalModel, Policy, checked
+from jaxwalk.options.parse import Impulses, OptionalFloat, OptionalModel, Policy, checked
 
-SUFFIXES = (".mp4", ".gif", ".png")
+SUFFIXES = (".mp4", ".gif", ".png", ".html")
+IMPULSES = (-80.0, -40.0, 40.0, 70.0)
+_DRAWN = "seconds push push_time push_height push_duration width height_px fps".split()  # not of a page
 
 
 @dataclass(frozen=True)
 class RenderArgs:
-    """Draw a policy's walk, with a push if wanted: a film (mp4, gif) or a strip of poses (png)."""
+    """Show a policy's walk: a film (mp4, gif) or a strip of poses (png), with a push if wanted; or a page
+    (html) that replays an unpushed walk and several pushed ones."""
 
     policy: Policy
     out: Path
-    """File to draw into, replaced if there; .mp4, .gif or .png."""
+    """File to draw into, replaced if there; .mp4, .gif, .png or .html."""
     seconds: float = 8.0
     """How long the walk lasts, s."""
     speed: float = 1.0
@@ -33,6 +37,8 @@ class RenderArgs:
     """Where the push lands, m above the torso's centre."""
     push_duration: float = 0.1
     """How long the push lasts, s."""
+    impulses: Impulses = IMPULSES
+    """html: pushes to replay beside the unpushed walk, N s, each at 3 s; positive ones push forward."""
     height: OptionalFloat = None
     """Stature, m. Default: that of the policy's configuration."""
     mass: OptionalFloat = None
@@ -49,6 +55,11 @@ class RenderArgs:
     seed: int = 0
     """Seed of everything that is drawn at random."""
 
+    @property
+    def page(self) -> bool:
+        """Whether a page is made, not a picture."""
+        return self.out.suffix.lower() == ".html"
+
     def check(self) -> None:
         """Raises:
         UserError: an option out of its range.
@@ -57,6 +68,12 @@ class RenderArgs:
         if self.out.suffix.lower() not in SUFFIXES:
             raise UserError(f"--out {self.out}: give a file that ends in {', '.join(SUFFIXES)}")
         files.check_output("--out", self.out)
+        own = _DRAWN if self.page else ["impulses"]
+        for field in dataclasses.fields(self):
+            if field.name in own and getattr(self, field.name) != field.default:
+                told = "films and strips" if self.page else "pages: give --out a name that ends in .html"
+                raise UserError(f"--{field.name.replace('_', '-')}: is for {told}")
+        checks.replayed(self.impulses)
         checks.between("--seconds", self.seconds, 0.1, 600.0, " s")
         checks.between("--speed", self.speed, 0.1, 3.0, " m/s")
         checks.between("--push", self.push, -1000.0, 1000.0, " N s")

@@ -1,4 +1,4 @@
-"""``jaxwalk export --format html``: a policy's walks, unpushed and pushed, recorded and put on a page."""
+"""A policy's walks, unpushed and pushed, recorded and put on a page."""
 
 from __future__ import annotations
 
@@ -68,12 +68,12 @@ def content(replay: Replay) -> dict[str, Any]:
     }
 
 
-def html(replay: Replay, origin: policy.Metadata | None, command: str) -> bytes:
+def html(replay: Replay, origin: policy.Metadata | None, command: str, engine: str = "MJX") -> bytes:
     """The page.
 
     Args:
       origin: of the policy; None for a rule.
-      command: the line that makes the page.
+      command: the line that makes the page. engine: what moved the walker.
     """
     config = replay.subject.config
     speed = f"{config.gait.speed_desired:g} m/s"
@@ -83,12 +83,14 @@ def html(replay: Replay, origin: policy.Metadata | None, command: str) -> bytes:
     else:
         trained = f"{origin.footsteps:,} footsteps, seed {origin.seed}, jaxwalk {origin.jaxwalk_version}"
         facts += [("Trained", trained), ("Trained by", origin.command)]
-    rate = 1 / config.physics.timestep
+    moved = f"{engine}, {1 / config.physics.timestep:g} ticks a second"
+    begins = {shove.time for _, shove in replay.walks if shove is not None}
+    since = " or ".join(f"{second:g}" for second in sorted(begins))
     facts += [
         ("Body", f"{config.body.height:g} m, {config.body.mass:g} kg"),
         ("Speed asked for", speed),
-        ("Walks", f"seed {replay.seed}, sensor noise {config.sensors.noise:g}; MJX, {rate:g} ticks a second"),
-        ("Pushes", f"{Shove(0, 0).duration:g} s at the torso's centre, from {PUSH_SECOND:g} s on"),
+        ("Walks", f"seed {replay.seed}, sensor noise {config.sensors.noise:g}; {moved}"),
+        ("Pushes", f"{Shove(0, 0).duration:g} s at the torso's centre, from {since} s on"),
         ("This page", f"jaxwalk {__version__}: {command}"),
     ]
     lead = f"Recorded walks at {speed}, and the pushes in them, as the simulation ran them."

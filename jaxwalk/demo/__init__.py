@@ -1,0 +1,1 @@
+"""``jaxwalk demo``: what the shipped policy does, seen within half a minute of installing."""
