@@ -1,6 +1,54 @@
 """jaxwalk: learned stepping for powered exoskeletons, many walkers at once in MJX.
 
-Importing the package imports nothing else; take what is needed from its modules.
+    import jaxwalk as jw
+
+    run = jw.train(jw.preset("quick"), "runs/first", seed=1)
+    print(jw.evaluate(jw.load_policy(run))["threshold"])
+
+Importing the package imports nothing else: each name is fetched when it is first asked for.
 """
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from jaxwalk.api import (
+        Config,
+        Controller,
+        FootstepEnv,
+        PushTest,
+        evaluate,
+        export,
+        load_policy,
+        preset,
+        push_map,
+        resume,
+        train,
+    )
+
 __version__ = "0.1.0"
+
+__all__ = [
+    "Config",
+    "Controller",
+    "FootstepEnv",
+    "PushTest",
+    "__version__",
+    "evaluate",
+    "export",
+    "load_policy",
+    "preset",
+    "push_map",
+    "resume",
+    "train",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in __all__:
+        raise AttributeError(f"module 'jaxwalk' has no attribute {name!r}")
+    return getattr(import_module("jaxwalk.api"), name)
+
+
+def __dir__() -> list[str]:
+    return __all__
