@@ -41,8 +41,7 @@ _LEAVES = {
 }
 
 
-@struct.dataclass
-class Plant:
+class Plant(struct.PyTreeNode):
     """What one tick hands to the next.
 
     Attributes:
@@ -57,8 +56,7 @@ class Plant:
     warmstart: Float[Array, "D"]
 
 
-@struct.dataclass
-class Readings:
+class Readings(struct.PyTreeNode):
     """Noise-free instruments of the tick just made.
 
     Attributes:

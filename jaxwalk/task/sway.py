@@ -14,8 +14,7 @@ from jaxwalk.model.mjcf import walls
 from jaxwalk.task import stepper
 
 
-@struct.dataclass
-class Sway:
+class Sway(struct.PyTreeNode):
     """What is counted.
 
     Attributes:

@@ -31,8 +31,7 @@ from jaxwalk.task import collect, footstep, spawn
 from jaxwalk.task.stepper import Stepper, Task
 
 
-@struct.dataclass
-class Counts:
+class Counts(struct.PyTreeNode):
     """Sums since the last report, equal on all devices.
 
     Attributes:
@@ -51,8 +50,7 @@ class Counts:
     seconds: Float[Array, ""]
 
 
-@struct.dataclass
-class TrainState:
+class TrainState(struct.PyTreeNode):
     """Everything that training changes. W walkers and their replay are sharded, the rest is replicated.
 
     Attributes:
