@@ -78,7 +78,8 @@ def _no_counts() -> Counts:
 
 def _specs() -> TrainState:
     split, same = PartitionSpec(AXIS), PartitionSpec()
-    return TrainState(split, split, same, same, same, same, same)
+    specs: list[Any] = [split, split, same, same, same, same, same]  # in the places of arrays
+    return TrainState(*specs)
 
 
 def rings(config: Config) -> int:
