@@ -80,9 +80,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _forget_output() -> None:
     """The interpreter tries once more at its end: let it write what a closed pipe did not take to nowhere."""
     for stream in (sys.stdout, sys.stderr):
+        if stream is None:
+            continue
         try:
-            if stream is not None:
-                stream.flush()
+            stream.flush()
         except BrokenPipeError:
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, stream.fileno())

@@ -31,7 +31,7 @@ def text(config: BodyConfig) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("--out", type=Path, default=MODELS, help="folder to write to (default: models/)")
     folder = parser.parse_args().out
     folder.mkdir(parents=True, exist_ok=True)

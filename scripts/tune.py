@@ -116,7 +116,7 @@ class Bench:
         ended = self.runner.run(params, strong, self.profile, self.scenarios, SECONDS)
         calm = self.impulse == 0
         speed = ended.tally.distance[calm].sum() / max(ended.tally.seconds[calm].sum(), 1e-3)
-        return ~ended.state.terminated, float(speed)
+        return ~np.asarray(ended.state.terminated), float(speed)
 
     def show(self, alive: np.ndarray, speed: float) -> str:
         rows = [

@@ -74,9 +74,9 @@ def test_every_message_is_on_the_page():
 
 
 def test_a_new_message_would_be_missed():
-    new = ast.parse('UserError(f"{path}: the moon is in the way; wait for {hours} h")').body[0].value.args[0]  # pyright: ignore
+    new = ast.parse('UserError(f"{path}: the moon is in the way; wait for {hours} h")').body[0].value.args[0]  # pyright: ignore[reportAttributeAccessIssue]
     assert not is_told(pieces(new))
-    assert not is_told(pieces(ast.parse('f"{a}, {b}; {c}"').body[0].value))  # pyright: ignore
+    assert not is_told(pieces(ast.parse('f"{a}, {b}; {c}"').body[0].value))  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def test_the_policy_files_own_reasons_are_on_the_page():

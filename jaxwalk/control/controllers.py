@@ -18,8 +18,7 @@ from jaxwalk.control.step_clock import GaitState, Phase, swing_phase, swing_prog
 from jaxwalk.model.kinematics import Skeleton, shank_angles, thigh_angles
 
 
-@struct.dataclass
-class Inertias:
+class Inertias(struct.PyTreeNode):
     """What the toe-off torque moves (eqs 16 and 20).
 
     Attributes:

@@ -24,8 +24,7 @@ from jaxwalk.model.similarity import Similarity
 _ANKLES = np.array([2, 5])  # among the joints that an actuator moves
 
 
-@struct.dataclass
-class Gains:
+class Gains(struct.PyTreeNode):
     """Of the PIDs of J joints.
 
     Attributes:
@@ -41,8 +40,7 @@ class Gains:
     limit: Float[Array, "J"]
 
 
-@struct.dataclass
-class Pid:
+class Pid(struct.PyTreeNode):
     """What the PIDs of J joints remember.
 
     Attributes:
@@ -54,8 +52,7 @@ class Pid:
     error: Float[Array, "J"]
 
 
-@struct.dataclass
-class Effort:
+class Effort(struct.PyTreeNode):
     """Torques that J joints are given for a while.
 
     Attributes:
@@ -67,8 +64,7 @@ class Effort:
     ticks: Int[Array, "J"]
 
 
-@struct.dataclass
-class Drives:
+class Drives(struct.PyTreeNode):
     """What one walker's drives remember.
 
     Attributes:

@@ -15,8 +15,7 @@ from jaxwalk.model.engine import Setup
 from jaxwalk.model.similarity import Similarity
 
 
-@struct.dataclass
-class Person:
+class Person(struct.PyTreeNode):
     """What one walker is: constant for its life.
 
     Attributes:

@@ -20,8 +20,7 @@ from jaxwalk.model.kinematics import Skeleton, ankles
 from jaxwalk.model.physics import Readings
 
 
-@struct.dataclass
-class Estimate:
+class Estimate(struct.PyTreeNode):
     """What the controllers and the policy are told.
 
     Attributes:
@@ -40,8 +39,7 @@ class Estimate:
     touch: Float[Array, "2"]
 
 
-@struct.dataclass
-class SensorState:
+class SensorState(struct.PyTreeNode):
     """Memory of the instruments.
 
     Attributes:

@@ -22,8 +22,7 @@ class Phase(IntEnum):
     TERMINAL_SWING = 3
 
 
-@struct.dataclass
-class GaitState:
+class GaitState(struct.PyTreeNode):
     """Where in its step a walker is.
 
     Attributes:

@@ -16,8 +16,7 @@ from jaxwalk.model import anthropometry, burdens, engine, kinematics, physics, p
 from jaxwalk.model.engine import Setup
 
 
-@struct.dataclass
-class Walker:
+class Walker(struct.PyTreeNode):
     """What one walker does now.
 
     Attributes:
@@ -45,8 +44,7 @@ class Walker:
     drives: drives.Drives | None = None
 
 
-@struct.dataclass
-class Event:
+class Event(struct.PyTreeNode):
     """What a tick brought.
 
     Attributes:

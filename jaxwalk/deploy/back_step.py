@@ -46,6 +46,6 @@ def swing(
     )
     target = np.arcsin(min(max(place / who.leg, np.float32(-0.6)), np.float32(0.6))) + estimate.pitch
     off = target - estimate.joints[clock.swing, 0]
-    limit = numbers.swing_rate_max
+    limit = np.float32(numbers.swing_rate_max)
     rate = min(max(numbers.terminal_hip_gain * off, -limit), limit)
-    return rate, numbers.back_step_knee if off < -numbers.back_step_near else np.float32(0)
+    return rate, np.float32(numbers.back_step_knee if off < -numbers.back_step_near else 0)

@@ -94,9 +94,8 @@ class Controller:
         self.estimate = sensors.told(said, self._filter.filtered)
         posture = self._posture()
         torque, seconds = controllers.toe_off(self.person, posture, self.estimate, 1 - stance)
-        fresh = Clock(
-            stance, np.float32(0), numbers.length_nominal, numbers.duration_nominal, torque, seconds
-        )
+        length, duration = np.float32(numbers.length_nominal), np.float32(numbers.duration_nominal)
+        fresh = Clock(stance, np.float32(0), length, duration, torque, seconds)
         self.clock, self.touchdown = fresh, False
         self._decide(posture, -gait.step_length(posture, fresh))
         return self._command(posture)

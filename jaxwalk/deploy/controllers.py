@@ -23,7 +23,7 @@ def stance_hip_rate(who: Person, angle: np.float32, estimate: Estimate) -> np.fl
     # The IMU sits on the torso; the hip below it is slower by the torso's turning.
     speed = max(estimate.speed - who.torso * estimate.pitch_rate, numbers.stance_speed_min)
     rate = -speed / (who.leg * np.cos(angle)) * estimate.pitch / numbers.pitch_nominal
-    return _limited(rate, numbers.stance_rate_max)
+    return _limited(rate, np.float32(numbers.stance_rate_max))
 
 
 def leg_inertia(half_mass: np.float32, half: np.float32, knee: np.float32) -> np.float32:
@@ -52,7 +52,7 @@ def push_off(numbers: GaitConfig, limit: np.float32, torque: np.float32) -> tupl
     weak = min(torque / numbers.toe_off_full, np.float32(1))
     seconds = numbers.toe_off_duration * weak * max(np.float32(1), torque / limit)
     seconds = min(max(seconds, numbers.toe_off_duration_min), numbers.toe_off_duration_max)
-    return min(torque, limit), seconds
+    return min(torque, limit), np.float32(seconds)
 
 
 def toe_off(
@@ -79,8 +79,8 @@ def swing(
         rate, knee = back_step.swing(who, gravity, posture, clock, estimate)
     elif phase == Phase.EARLY_SWING:
         left = (np.float32(1) - clock.progress) * clock.duration
-        rate = _limited((target - hip) / max(left, np.float32(1e-3)), numbers.swing_rate_max)
-        knee = numbers.swing_knee if clock.progress < numbers.swing_knee_share else _ZERO
+        rate = _limited((target - hip) / max(left, np.float32(1e-3)), np.float32(numbers.swing_rate_max))
+        knee = np.float32(numbers.swing_knee) if clock.progress < numbers.swing_knee_share else _ZERO
         ankle_target = numbers.swing_ankle
     elif phase == Phase.TERMINAL_SWING:
         rate = numbers.terminal_hip_gain * (target - hip)

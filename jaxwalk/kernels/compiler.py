@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import jax
-import jaxlib
+import jaxlib.version
 
 from jaxwalk.kernels import store
 
@@ -84,7 +84,8 @@ def _made_for() -> str:
         kinds = ("flags", "Features", "model name", "CPU part")
         features = "\n".join(dict.fromkeys(line for line in told if line.startswith(kinds)))
     version = _run(["--version"])
-    return "\n".join([version, platform.machine(), platform.processor(), features, jaxlib.__version__])
+    jax_version = jaxlib.version.__version__
+    return "\n".join([version, platform.machine(), platform.processor(), features, jax_version])
 
 
 def _made(sources: tuple[str, ...], name: str) -> bytes:

@@ -13,6 +13,7 @@ import jax.numpy as jnp
 from jaxwalk.kernels import pallas
 from jaxwalk.kernels.entries import Entries, inputs
 from jaxwalk.kernels.graph import Graph, Unsupported, is_key, reach
+from jaxwalk.kernels.settings import jax_setting
 from jaxwalk.kernels.unroll import unrolled
 
 
@@ -48,7 +49,7 @@ def _together(function: Callable[..., Any], setting: Hashable, size: int, args: 
     """``function`` of ``size`` walkers; ``args`` have them along their leading axis."""
     leaves, tree = jax.tree.flatten(args)
     told = tuple((x.shape[1:], x.dtype) for x in leaves)
-    program = program_of(function, setting, tree, told, jax.config.jax_enable_x64)
+    program = program_of(function, setting, tree, told, jax_setting("jax_enable_x64"))
     done = iter(program.run([leaves[i].reshape(size, -1).T for i in program.read]))
     results = [
         next(done).T.reshape(size, *shape) if same is None else leaves[same]

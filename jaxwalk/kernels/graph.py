@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 
@@ -85,7 +86,8 @@ class Graph:
         if op == "convert":
             return self._converted(args[0], dtype)
         if op == "select":
-            return self._selected(*args, dtype)
+            which, no, yes = args
+            return self._selected(which, no, yes, dtype)
         if op == "bitcast":
             return np.asarray(args[0]).view(dtype)[()] if known(args[0]) else self._node(op, args, dtype)
         if op not in OPERATIONS:
@@ -207,7 +209,7 @@ def _is(entry: Entry, value: int) -> bool:
 
 def is_key(dtype: Any) -> bool:
     """Whether it is the type of a random key."""
-    return jax.dtypes.issubdtype(dtype, jax.dtypes.prng_key)
+    return jnp.issubdtype(dtype, jax.dtypes.prng_key)
 
 
 def _logical(a: Entry, b: Entry, neutral: bool) -> Entry | None:

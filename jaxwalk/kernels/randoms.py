@@ -15,6 +15,7 @@ import numpy as np
 
 from jaxwalk.kernels.entries import Entries, constant, each
 from jaxwalk.kernels.graph import Entry, Graph, Unsupported
+from jaxwalk.kernels.settings import jax_setting
 
 _WORD = np.dtype(np.uint32)
 _ROTATIONS = ((13, 15, 26, 6), (17, 29, 16, 24))
@@ -58,7 +59,7 @@ def threefry(graph: Graph, key: tuple[Entry, Entry], counter: tuple[Entry, Entry
 
 
 def _checked(dtype: Any) -> None:
-    if dtype.name != "key<fry>" or not jax.config.jax_threefry_partitionable:
+    if dtype.name != "key<fry>" or not jax_setting("jax_threefry_partitionable"):
         raise Unsupported(f"random numbers of {dtype.name}, or counted as JAX did before")
 
 
@@ -68,7 +69,7 @@ def fold_in(graph: Graph, params: Any, out: Any, keys: Entries, data: Entries) -
     keys, data = np.broadcast_to(keys, out.shape), np.broadcast_to(data, out.shape)
     result = np.empty(out.shape, object)
     for at in np.ndindex(out.shape):
-        words = threefry(graph, graph.words(keys[at]), (np.uint32(0), data[at]))
+        words = threefry(graph, graph.words(keys.item(at)), (np.uint32(0), data[at]))
         result[at] = graph.key(words, out.dtype)
     return result
 
@@ -114,7 +115,7 @@ def unwrap(graph: Graph, params: Any, out: Any, keys: Entries) -> Entries:
     """``jax.random.key_data``."""
     result = np.empty(out.shape, object)
     for at in np.ndindex(keys.shape):
-        result[at] = graph.words(keys[at])
+        result[at] = graph.words(keys.item(at))
     return result
 
 

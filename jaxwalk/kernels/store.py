@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TypeVar
 
-import jax
+from jaxwalk.kernels.settings import jax_setting
 
 T = TypeVar("T")
 SECONDS = 90
@@ -67,7 +67,7 @@ def recall(name: str) -> bytes | None:
 
 def _folders() -> Iterator[Path]:
     """Where files may be kept, the best first."""
-    cache = jax.config.jax_compilation_cache_dir
+    cache = jax_setting("jax_compilation_cache_dir")
     if cache and "://" not in cache:
         folder = Path(cache).absolute() / "native"
         with contextlib.suppress(OSError):

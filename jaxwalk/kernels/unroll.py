@@ -9,7 +9,7 @@ would have written down by hand for this one mechanism, as code generators for r
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, cast
 
 import jax
 import jax.numpy as jnp
@@ -52,7 +52,7 @@ def _run(graph: Graph, closed: jex.ClosedJaxpr, args: Sequence[Entries]) -> list
 
     def read(atom: Any) -> Entries:
         if isinstance(atom, jex.Literal):
-            return constant(np.asarray(atom.val, atom.aval.dtype))
+            return constant(np.asarray(atom.val, cast(jax.core.ShapedArray, atom.aval).dtype))
         return known_as[atom]
 
     for eqn in _needed(jaxpr):

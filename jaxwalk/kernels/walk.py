@@ -21,6 +21,7 @@ import jax.numpy as jnp
 from jaxwalk.kernels import native, store
 from jaxwalk.kernels.entries import Entries, inputs
 from jaxwalk.kernels.graph import ARITHMETIC, Entry, Graph, Unsupported, is_key, reach
+from jaxwalk.kernels.settings import jax_setting
 from jaxwalk.kernels.unroll import unrolled
 
 
@@ -127,10 +128,8 @@ def program_of(function: Callable[..., Any], setting: Hashable, tree: Any, like:
     Args:
       tree, like: of its arguments, the form, and shape and type of each.
     """
-    config = jax.config
-    return _program_of(
-        function, setting, tree, like, config.jax_enable_x64, config.jax_threefry_partitionable
-    )
+    settings = jax_setting("jax_enable_x64"), jax_setting("jax_threefry_partitionable")
+    return _program_of(function, setting, tree, like, *settings)
 
 
 @lru_cache(maxsize=32)
@@ -166,7 +165,7 @@ def _origins(function: Callable[..., Any]) -> str | None:
     if getattr(home, "__file__", None) is None:
         return None
     return " ".join(
-        _digest(Path(str(sys.modules[name].__file__)).parent) for name in (package, __package__)
+        _digest(Path(str(sys.modules[name].__file__)).parent) for name in (package, str(__package__))
     ) + _versions(package)
 
 

@@ -21,6 +21,7 @@ Rows = Sequence[dict[str, Any]]
 
 def measured(found: dict[str, Any], options: EvaluateArgs) -> dict[str, Any]:
     """A row of an evaluation's results: walking, survival unpushed and pushed with intervals, thresholds."""
+    assert options.replicas is not None  # who changes one thing has said how many
     walking, shares = found["walking"], np.asarray(found["pushes"]["survival"])
     survivors = round(float(shares.sum()) * options.replicas)
     return {

@@ -19,8 +19,7 @@ PACK_HEIGHT, PACK_DEPTH = 0.45, 0.20  # m; a rucksack of some 30 l, evenly fille
 _GYRATION2 = (PACK_HEIGHT**2 + PACK_DEPTH**2) / 12  # m^2, of a uniform box about its centre
 
 
-@struct.dataclass
-class Burden:
+class Burden(struct.PyTreeNode):
     """A burden; fields are floats, or JAX scalars of one walker.
 
     Attributes:

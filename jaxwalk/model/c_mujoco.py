@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 from functools import lru_cache, partial
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -24,7 +25,7 @@ from jaxwalk.model.physics import Plant, Readings
 from jaxwalk.model.similarity import Similarity
 
 _BODIES = 1024  # compiled models that are kept, of some 0.2 MB each
-_STATE = mujoco.mjtState
+_STATE: Any = mujoco.mjtState
 _OUTPUT = int(_STATE.mjSTATE_QPOS | _STATE.mjSTATE_QVEL | _STATE.mjSTATE_WARMSTART)
 _INPUT = _OUTPUT | int(_STATE.mjSTATE_CTRL | _STATE.mjSTATE_XFRC_APPLIED)  # in this order
 

@@ -9,8 +9,7 @@ from jaxtyping import Array, Float
 from jaxwalk.model.anthropometry import Body
 
 
-@struct.dataclass
-class Skeleton:
+class Skeleton(struct.PyTreeNode):
     """Lengths of one walker, m.
 
     Attributes:

@@ -41,8 +41,7 @@ _LEAVES = {
 }
 
 
-@struct.dataclass
-class Plant:
+class Plant(struct.PyTreeNode):
     """What one tick hands to the next.
 
     Attributes:
@@ -57,8 +56,7 @@ class Plant:
     warmstart: Float[Array, "D"]
 
 
-@struct.dataclass
-class Readings:
+class Readings(struct.PyTreeNode):
     """Noise-free instruments of the tick just made.
 
     Attributes:
@@ -105,7 +103,7 @@ def _template_on_host(body: BodyConfig, physics: PhysicsConfig) -> mjx.Data:
         return jax.tree.map(np.asarray, mjx.make_data(_reference(body, physics), _own_device(), impl="jax"))
 
 
-def _own_device() -> jax.Device:
+def _own_device() -> jax.Device:  # pyright: ignore[reportInvalidTypeForm]  # a class, which JAX's stub hides
     """One that this process can read: MJX would take the first of all processes."""
     return jax.local_devices()[0]
 

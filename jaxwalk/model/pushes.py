@@ -9,8 +9,7 @@ from jaxtyping import Array, Bool, Float, Int
 from jaxwalk.model.push_points import PLACES
 
 
-@struct.dataclass
-class Push:
+class Push(struct.PyTreeNode):
     """One push on one walker.
 
     Attributes:

@@ -13,8 +13,7 @@ from flax import struct
 from jaxwalk.config import REFERENCE_HEIGHT, REFERENCE_MASS
 
 
-@struct.dataclass
-class Similarity:
+class Similarity(struct.PyTreeNode):
     """Ratios to the reference body; fields are floats or JAX scalars of one walker.
 
     Attributes:

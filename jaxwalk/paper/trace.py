@@ -26,8 +26,7 @@ PUSH_SECONDS = 4.0  # the first push begins then; the others within the step aft
 SPREAD_SECONDS = 0.45  # over which pushes are spread, so that they meet all phases of the step
 
 
-@struct.dataclass
-class Trace:
+class Trace(struct.PyTreeNode):
     """[N walkers, T ticks] after each tick.
 
     Attributes:

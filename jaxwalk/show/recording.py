@@ -83,8 +83,7 @@ class Walk:
         return (len(self.qpos) - 1) * self.timestep
 
 
-@struct.dataclass
-class Ticks:
+class Ticks(struct.PyTreeNode):
     """What is written down of each tick, after it.
 
     Attributes:

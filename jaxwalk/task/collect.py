@@ -24,8 +24,7 @@ from jaxwalk.task.stepper import Footsteps, Stepper, Task
 Act = Callable[[Float[Array, "B O"], Key[Array, " B"]], Float[Array, "B 2"]]
 
 
-@struct.dataclass
-class Window:
+class Window(struct.PyTreeNode):
     """What one window brought, for each of B walkers.
 
     Attributes:

@@ -7,6 +7,7 @@ runs until the touch-down, so a batch waits for its slowest walker; the trainer'
 
 from __future__ import annotations
 
+import dataclasses
 from typing import cast
 
 import jax
@@ -93,7 +94,8 @@ class FootstepEnv(Env):
         reward = jnp.where(last.closed, last.transition.reward, self._task.reward.fall)
         observation = jnp.where(last.closed, last.transition.next_observation, cast(Array, state.obs))
         fell, broken, truncation = (_number(x) for x in (after.terminated, after.broken, after.truncated))
-        return state.replace(
+        return dataclasses.replace(
+            state,
             pipeline_state=after.replace(truncated=jnp.bool_(False)),
             obs=observation,
             reward=jnp.where(over, 0.0, reward),

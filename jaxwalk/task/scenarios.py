@@ -16,8 +16,7 @@ from jaxwalk.model.burdens import Burden
 ASSESS, CALM, PUSHED, TUNE, FINALS = 1, 2, 3, 4, 5
 
 
-@struct.dataclass
-class Scenario:
+class Scenario(struct.PyTreeNode):
     """What one trial is.
 
     Attributes:

@@ -45,8 +45,7 @@ class Task:
         return cls(Setup.of(config, engine), config.observation, config.reward, config.ddpg.gamma, ticks)
 
 
-@struct.dataclass
-class Footsteps:
+class Footsteps(struct.PyTreeNode):
     """How a footstep ended; meaningful where ``closed``.
 
     Attributes:
@@ -62,8 +61,7 @@ class Footsteps:
     speed: Float[Array, ""]
 
 
-@struct.dataclass
-class Stepper:
+class Stepper(struct.PyTreeNode):
     """A walker and the decision it lives under.
 
     Attributes:

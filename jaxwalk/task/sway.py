@@ -14,8 +14,7 @@ from jaxwalk.model.mjcf import walls
 from jaxwalk.task import stepper
 
 
-@struct.dataclass
-class Sway:
+class Sway(struct.PyTreeNode):
     """What is counted.
 
     Attributes:
@@ -52,6 +51,7 @@ def count(sway: Sway, height: Float[Array, ""], body: Walker, seconds: Float[Arr
     hip = jnp.abs(y) + walls.REACH * height * jnp.cos(roll) * jnp.abs(jnp.sin(yaw))
     shoulder = jnp.abs(y - walls.SHOULDER * height * jnp.sin(roll))
     narrower = walls.BREADTH * height * (1 - jnp.cos(roll) * jnp.cos(yaw))  # a trunk that turns aside
+    assert body.walls is not None  # between walls only is anything counted
     counted = Sway(
         play=jnp.maximum(sway.play, jnp.maximum(hip, shoulder) - narrower),
         roll_high=jnp.maximum(sway.roll_high, roll),
@@ -84,7 +84,7 @@ class Swayed:
     force_largest: float
 
 
-def told(sway: Sway, seconds: np.ndarray, height: float) -> Swayed:
+def told(sway: Sway, seconds: Array | np.ndarray, height: float) -> Swayed:
     """[N] trials of walkers ``height`` m tall, ``seconds`` of each of which were counted."""
     some = seconds > 0
     if not some.any():

@@ -39,8 +39,7 @@ Params = Any  # whatever ``act`` wants
 Act = Callable[[Params, Float[Array, "O"]], Float[Array, "2"]]
 
 
-@struct.dataclass
-class Profile:
+class Profile(struct.PyTreeNode):
     """The unpushed walk that recovery is held against.
 
     Attributes:
@@ -52,8 +51,7 @@ class Profile:
     seconds: Float[Array, ""]
 
 
-@struct.dataclass
-class Tally:
+class Tally(struct.PyTreeNode):
     """What is counted, per trial; sums run from `SETTLE_SECONDS` on.
 
     Attributes:
@@ -92,8 +90,7 @@ class Tally:
     sway: Sway | None = None
 
 
-@struct.dataclass
-class Trial:
+class Trial(struct.PyTreeNode):
     """A walker on trial.
 
     Attributes:

@@ -153,8 +153,8 @@ def test_the_ankle_servo_is_a_damped_spring():
 
 
 # Left leg stands, right leg swings; 0.05 s of toe-off, then 0.2 s of early swing.
-JOINTS = np.float32([[0.1, 0.05, -0.1], [0.15, 0.6, 0.2]])
-RATES = np.float32([[-1.0, 0.2, 1.0], [3.0, -2.0, 0.5]])
+JOINTS = np.array([[0.1, 0.05, -0.1], [0.15, 0.6, 0.2]], np.float32)
+RATES = np.array([[-1.0, 0.2, 1.0], [3.0, -2.0, 0.5]], np.float32)
 
 
 def told(elapsed, stance=0, joints=JOINTS, rates=RATES, speed=1.0, pitch_rate=0.4):

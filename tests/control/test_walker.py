@@ -59,8 +59,12 @@ def tick():
         return walker.tick(SETUP, model_of(SETUP, state.person), state)
 
     program = jax.jit(one)
-    program.traces = traces
-    return program
+
+    def run(state):
+        return program(state)
+
+    run.traces = traces
+    return run
 
 
 def test_the_default_walks(walked):

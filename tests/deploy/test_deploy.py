@@ -69,7 +69,8 @@ def _trained(config):
 @partial(jax.jit, static_argnums=0)
 def _replayed(task, numbers, params, body, start, readings):
     """[T, 6] commands, [T] touch-downs and [T, O] observations of the JAX walker that senses ``readings``."""
-    first = stepper.start(task, numbers, *body, jnp.float32(0), jax.random.key(0))
+    height, mass = body
+    first = stepper.start(task, numbers, height, mass, jnp.float32(0), jax.random.key(0))
     state = first.replace(walker=start)
     length = walker.landed_length(task.setup, start)
     state = state.replace(observation=footstep.observe(task.observation, task.setup, start, length))
@@ -95,12 +96,12 @@ def _readings(said):
     velocity = np.array([s.velocity for s in said], np.float32)
     rate = np.array([s.pitch_rate for s in said], np.float32)
     return Readings(
-        velocity=np.stack([velocity, zero, zero], 1),
-        up=np.stack([np.sin(pitch), zero, np.cos(pitch)], 1),
-        gyro=np.stack([zero, rate, zero], 1),
-        touch=np.array([s.touch for s in said], np.float32),
-        joints=np.array([s.joints for s in said], np.float32),
-        joint_rates=np.array([s.joint_rates for s in said], np.float32),
+        velocity=jnp.stack([velocity, zero, zero], 1),
+        up=jnp.stack([np.sin(pitch), zero, np.cos(pitch)], 1),
+        gyro=jnp.stack([zero, rate, zero], 1),
+        touch=jnp.asarray(np.array([s.touch for s in said], np.float32)),
+        joints=jnp.asarray(np.array([s.joints for s in said], np.float32)),
+        joint_rates=jnp.asarray(np.array([s.joint_rates for s in said], np.float32)),
     )
 
 

@@ -43,7 +43,7 @@ def fuzz(kind: kinds.Kind, examples: int) -> None:
         database=None,
         deadline=None,
         phases=(Phase.generate, Phase.shrink),
-        suppress_health_check=list(HealthCheck),
+        suppress_health_check=list(HealthCheck),  # pyright: ignore[reportArgumentType]  # as hypothesis says
     )
     @given(kind.changes)
     def one(content: bytes) -> None:

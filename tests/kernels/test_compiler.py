@@ -10,6 +10,7 @@ import jax
 import pytest
 
 from jaxwalk.kernels import compiler, store
+from jaxwalk.kernels.settings import jax_setting
 
 ANSWER = ('extern "C" __attribute__((visibility("default"))) int answer() { return 42; }\n',)
 BROKEN = ("this is no C++\n",)
@@ -18,7 +19,7 @@ BROKEN = ("this is no C++\n",)
 @pytest.fixture
 def cache(tmp_path, monkeypatch):
     """A cache of its own."""
-    before = jax.config.jax_compilation_cache_dir
+    before = jax_setting("jax_compilation_cache_dir")
     jax.config.update("jax_compilation_cache_dir", str(tmp_path))
     yield tmp_path / "native"
     jax.config.update("jax_compilation_cache_dir", before)

@@ -13,9 +13,11 @@ from jax import lax
 
 from jaxwalk.kernels import compiler, cpp, native, walk
 from jaxwalk.kernels.graph import OPERATIONS, Unsupported
+from jaxwalk.kernels.settings import jax_setting
 
-EDGES = np.float32(
-    [0.0, -0.0, 1, -1, 0.5, -2.5, 3.5, np.inf, -np.inf, np.nan, 3e38, -3e38, 1e-30, 7e9, 8191.5]
+EDGES = np.array(
+    [0.0, -0.0, 1, -1, 0.5, -2.5, 3.5, np.inf, -np.inf, np.nan, 3e38, -3e38, 1e-30, 7e9, 8191.5],
+    np.float32,
 )
 ROUND = partial(lax.round, rounding_method=lax.RoundingMethod.TO_NEAREST_EVEN)
 EXACT = {
@@ -93,7 +95,9 @@ def compared(x, y, a, b):
 def test_operations_are_jaxs_at_the_edges(lanes):
     x, y = (grid.ravel() for grid in np.meshgrid(EDGES, EDGES))
     # JAX, asked for the sine of what is very large, is a few units of the last place off itself.
-    whole = np.int32([0, 1, -1, 7, -7, 13, 2**31 - 1, -(2**31), 12345, -54321, 3, 2, 16, 1 << 20, -2])
+    whole = np.array(
+        [0, 1, -1, 7, -7, 13, 2**31 - 1, -(2**31), 12345, -54321, 3, 2, 16, 1 << 20, -2], np.int32
+    )
     a, b = (grid.ravel() for grid in np.meshgrid(whole, whole))
     compared(x, y, a, b)
 
@@ -191,7 +195,7 @@ def test_a_function_is_known_by_more_than_its_name():
 
 def test_what_was_kept_is_what_was_made(monkeypatch, tmp_path):
     """The second time, of a function of an installed package, nothing is unrolled."""
-    before = jax.config.jax_compilation_cache_dir
+    before = jax_setting("jax_compilation_cache_dir")
     jax.config.update("jax_compilation_cache_dir", str(tmp_path))
     try:
         x = jnp.arange(3.0)

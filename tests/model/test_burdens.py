@@ -28,8 +28,8 @@ PULLED = dataclasses.replace(BACK, force=-30.0)
 SLIPPERY = dataclasses.replace(NOTHING, friction=0.1)
 ALL = {"nothing": NOTHING, "front": FRONT, "back": BACK, "pulled": PULLED, "slippery": SLIPPERY}
 # In the air, and standing on both feet with the hip moving so that soles would slide.
-AIR = np.float32([0, 3, 0.3, 0.4, 0.3, 0.1, -0.3, 0.1, 0.2])
-FLOOR = np.float32([0, 0.53 * HEIGHT, 0.1, 0.1, 0.0, 0.0, 0.1, 0.0, 0.0])
+AIR = np.array([0, 3, 0.3, 0.4, 0.3, 0.1, -0.3, 0.1, 0.2], np.float32)
+FLOOR = np.array([0, 0.53 * HEIGHT, 0.1, 0.1, 0.0, 0.0, 0.1, 0.0, 0.0], np.float32)
 
 
 @pytest.fixture(scope="module", params=["mjx", "mujoco"])
@@ -57,7 +57,7 @@ def follow(request):
     def run(borne, qpos, qvel=None):
         starts = np.tile(qpos, (len(borne), 1))
         rates = np.zeros_like(starts) if qvel is None else np.tile(qvel, (len(borne), 1))
-        each = None if borne[0] is None else jax.tree.map(lambda *x: np.float32(x), *borne)
+        each = None if borne[0] is None else jax.tree.map(lambda *x: np.array(x, np.float32), *borne)
         return jax.device_get(program(each, starts, rates))
 
     return run
@@ -75,7 +75,7 @@ def differing(one, other) -> set[str]:
     return {path[-1].name for (path, ours), theirs in leaves if not np.array_equal(ours, theirs)}
 
 
-SLIDES = np.float32([1.0, 0, 0, 0, 0, 0, 0, 0, 0])
+SLIDES = np.array([1.0, 0, 0, 0, 0, 0, 0, 0, 0], np.float32)
 
 
 @pytest.fixture(scope="module")

@@ -15,6 +15,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def make_models():
     spec = importlib.util.spec_from_file_location("make_models", ROOT / "scripts" / "make_models.py")
+    assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

@@ -5,6 +5,7 @@ iterations. MJX runs the package's defaults: one program for all bodies, floats,
 """
 
 import dataclasses
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -41,6 +42,11 @@ class OpenLoop:
     start: physics.Plant
     commands: np.ndarray
     push: pushes.Push
+
+
+def plant(*parts: Any) -> physics.Plant:
+    """Of NumPy's arrays, which either engine takes."""
+    return physics.Plant(*parts)
 
 
 def no_push():
@@ -157,7 +163,7 @@ def both(open_loop, walking):
     """(MJX's plants and readings, C MuJoCo's qpos, qvel and sensors) of the walking rows."""
     case, up = walking
     plants, readings = jax.tree.map(lambda x: x[up], open_loop(case))
-    paths = [in_c(case, row) for row in np.flatnonzero(up)]
+    paths = [in_c(case, int(row)) for row in np.flatnonzero(up)]
     return plants, readings, *(np.stack(x) for x in zip(*paths, strict=True))
 
 
@@ -282,16 +288,16 @@ def test_a_scaled_model_is_the_one_compiled_for_that_body(base, height, mass):
 
 def airborne(push: pushes.Push) -> OpenLoop:
     """All rows 3 m up in a walking pose, soles far from the floor, joints left to their servos."""
-    qpos = np.tile(np.float32([0, 3, 0.1, 0.4, 0.3, 0.1, -0.3, 0.1, 0.2]), (ROWS, 1))
+    qpos = np.tile(np.array([0, 3, 0.1, 0.4, 0.3, 0.1, -0.3, 0.1, 0.2], np.float32), (ROWS, 1))
     zeros = np.zeros((ROWS, 9), np.float32)
-    return OpenLoop(physics.Plant(qpos, zeros, zeros), np.zeros((ROWS, TICKS, 6), np.float32), push)
+    return OpenLoop(plant(qpos, zeros, zeros), np.zeros((ROWS, TICKS, 6), np.float32), push)
 
 
 @pytest.mark.parametrize("engine", ["mjx", "mujoco"])
 def test_a_push_gives_the_body_the_impulse_asked_for(engine, request):
     run = request.getfixturevalue("open_loop" if engine == "mjx" else "open_loop_c")
     impulse = np.linspace(-60, 60, ROWS).astype(np.float32)
-    height = np.tile(np.float32([0.0, 0.25, -0.2, 0.1]), ROWS // 4)
+    height = np.tile(np.array([0.0, 0.25, -0.2, 0.1], np.float32), ROWS // 4)
     begin, seconds = 5, 0.08
     push = jax.vmap(lambda i, h: pushes.of_impulse(i, jnp.int32(begin), seconds, DT, h))(impulse, height)
     rows = np.arange(ROWS)
@@ -332,7 +338,7 @@ def test_soles_carry_the_weight_of_a_body_that_stands(open_loop):
     stands = np.zeros((ROWS, 9), np.float32)
     stands[:, 1] = (0.039 + 0.246 + 0.245) * HEIGHT
     case = OpenLoop(
-        physics.Plant(stands, np.zeros_like(stands), np.zeros_like(stands)),
+        plant(stands, np.zeros_like(stands), np.zeros_like(stands)),
         np.zeros((ROWS, TICKS, 6), np.float32),
         no_push(),
     )

@@ -26,8 +26,8 @@ CONFIG = Config(
     kernels="off",  # the plain loop it is held against is XLA's; native code has tests of its own
 )
 TASK = Task.of(CONFIG)
-USUAL = np.float32([1.1, 0.08, 0.2, 0.6])
-GAIN = np.float32([[0.4, 1.0, 0.3, -0.3], [-0.2, 0.5, 0.1, 0.2]])
+USUAL = np.array([1.1, 0.08, 0.2, 0.6], np.float32)
+GAIN = np.array([[0.4, 1.0, 0.3, -0.3], [-0.2, 0.5, 0.1, 0.2]], np.float32)
 
 
 def policy(observation):
@@ -47,8 +47,12 @@ def window():
         return collect.window(CONFIG, TASK, states, lambda observation, _: policy(observation), keys)
 
     program = jax.jit(one)
-    program.traces = traces
-    return program
+
+    def run(states, key):
+        return program(states, key)
+
+    run.traces = traces
+    return run
 
 
 @pytest.fixture(scope="module")
@@ -112,7 +116,7 @@ def plain(collected):
     for index, (before, _) in enumerate(collected):
         ended = {}
         newborn = np.array([not life.alive for life in lives])
-        states = jax.vmap(stepper.select)(newborn, before.walker, states)
+        states = jax.vmap(stepper.select)(jnp.asarray(newborn), before.walker, states)
         seen = observe(states, landed_length(states))
         states, actions = answered(states, newborn, seen)
         for one in np.flatnonzero(newborn):

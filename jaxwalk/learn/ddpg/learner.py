@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import jax
 import jax.numpy as jnp
@@ -93,8 +93,8 @@ def init(
     if config.start == "random":
         actor = networks.random_start(actor, jax.random.fold_in(actor_key, 1))
     inputs = jnp.zeros((observation_size,)), jnp.zeros((len(initial_action),))
-    critic = networks.critics(config.hidden, config.layer_norm, members=2 if config.twin else 1)
-    critic = critic.init(critic_key, *inputs)["params"]
+    ensemble = networks.critics(config.hidden, config.layer_norm, members=2 if config.twin else 1)
+    critic = cast(Params, ensemble.init(critic_key, *inputs)["params"])
     return LearnerState(
         actor=actor,
         critic=critic,
@@ -248,7 +248,7 @@ def _target(config: DDPGConfig, state: LearnerState, batch: Transition, keys: Ke
 
 def _act(config: DDPGConfig, actor: Params, observation: Array) -> Array:
     action_size = actor["output"]["bias"].shape[0]
-    return networks.Actor(config.hidden, action_size).apply({"params": actor}, observation)
+    return networks.applied(networks.Actor(config.hidden, action_size), actor, observation)
 
 
 def _values(config: DDPGConfig, critic: Params, observation: Array, action: Array) -> Array:
@@ -256,7 +256,7 @@ def _values(config: DDPGConfig, critic: Params, observation: Array, action: Arra
     # One by one: XLA's CPU multiplies many matrices in one call at half the speed.
     one, members = networks.Critic(config.hidden, config.layer_norm), critic["output"]["bias"].shape[0]
     each = (jax.tree.map(lambda x, i=i: x[i], critic) for i in range(members))
-    return jnp.stack([one.apply({"params": params}, observation, action) for params in each])
+    return jnp.stack([networks.applied(one, params, observation, action) for params in each])
 
 
 def _optimizer(
@@ -284,7 +284,8 @@ def _descend(
     value, gradient = _mean(jax.value_and_grad(loss, has_aux=True)(own), axis_name)
     with jax.numpy_dtype_promotion("standard"):  # Adam's bias correction mixes int32 and float
         updates, optimizer_state = optimizer.update(gradient, optimizer_state, params)
-    return optax.apply_updates(params, updates), optimizer_state, value, optax.tree.norm(gradient)
+    moved = cast(Params, optax.apply_updates(params, updates))  # of the form of what it was given
+    return moved, optimizer_state, value, optax.tree.norm(gradient)
 
 
 def _mean(tree: Any, axis_name: str | None) -> Any:

@@ -105,6 +105,11 @@ def _columns(x: Float[Array, "*B N"]) -> Float[Array, "N M"]:
     return x.reshape(-1, x.shape[-1]).T
 
 
+def applied(network: nn.Module, params: Params, *inputs: Array) -> Any:
+    """What ``network`` makes of ``inputs``: one array, for it has no variables that change."""
+    return network.apply({"params": params}, *inputs)
+
+
 def critics(hidden: tuple[int, ...], layer_norm: bool, members: int) -> nn.Module:
     """``members`` independent critics of the same input; values are [members, ...].
 
@@ -114,7 +119,7 @@ def critics(hidden: tuple[int, ...], layer_norm: bool, members: int) -> nn.Modul
         Critic,
         variable_axes={"params": 0},
         split_rngs={"params": True},
-        in_axes=None,
+        in_axes=None,  # pyright: ignore[reportArgumentType]  # flax's default hides that it may be None
         out_axes=0,
         axis_size=members,
     )

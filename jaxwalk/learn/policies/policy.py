@@ -94,7 +94,7 @@ def act(policy: Policy, observation: Float[Array, "*B O"]) -> Float[Array, "*B A
         observation, policy.observation_mean, policy.observation_std, meta.observation_clip
     )
     actor = networks.Actor(meta.hidden, len(meta.action_names))
-    return actor.apply({"params": policy.actor}, observation)
+    return networks.applied(actor, policy.actor, observation)
 
 
 def without_origin(policy: Policy) -> Policy:

@@ -244,8 +244,13 @@ def load_origin(path: Path) -> Origin:
     """
     record = load_record(path)
     seed, command, versions = (record.get(name) for name in ("seed", "command", "versions"))
-    known = isinstance(versions, dict) and all(isinstance(one, str) for one in versions.values())
-    if type(seed) is not int or not 0 <= seed < 2**32 or not isinstance(command, str) or not known:
+    if (
+        type(seed) is not int
+        or not 0 <= seed < 2**32
+        or not isinstance(command, str)
+        or not isinstance(versions, dict)
+        or not all(isinstance(one, str) for one in versions.values())
+    ):
         raise UserError(f"{path / CONFIG} lacks seed, command or versions: {_CURE}")
     if command.split()[:2] != ["jaxwalk", "train"]:
         raise UserError(

@@ -31,8 +31,7 @@ from jaxwalk.task import collect, footstep, spawn
 from jaxwalk.task.stepper import Stepper, Task
 
 
-@struct.dataclass
-class Counts:
+class Counts(struct.PyTreeNode):
     """Sums since the last report, equal on all devices.
 
     Attributes:
@@ -51,8 +50,7 @@ class Counts:
     seconds: Float[Array, ""]
 
 
-@struct.dataclass
-class TrainState:
+class TrainState(struct.PyTreeNode):
     """Everything that training changes. W walkers and their replay are sharded, the rest is replicated.
 
     Attributes:
@@ -80,7 +78,8 @@ def _no_counts() -> Counts:
 
 def _specs() -> TrainState:
     split, same = PartitionSpec(AXIS), PartitionSpec()
-    return TrainState(split, split, same, same, same, same, same)
+    specs: list[Any] = [split, split, same, same, same, same, same]  # in the places of arrays
+    return TrainState(*specs)
 
 
 def rings(config: Config) -> int:

@@ -58,7 +58,7 @@ class Training:
         self.progress, self.stop, self.identity = progress, stop, identity
         self.started = time.perf_counter()
         self.state = device_loop.init(config, mesh, seed)
-        self.advance = device_loop.make(config, mesh)
+        self.advance: Any = device_loop.make(config, mesh)
         self.assess: Callable[[LearnerState], Assessment] = Assessor(config, mesh, seed)
         self.finals = Finals(config, mesh, seed)
         self.record = Record()

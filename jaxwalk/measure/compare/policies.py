@@ -34,7 +34,7 @@ class Member:
     training: dict[str, int | float | None]
 
 
-def load(entries: Sequence[Entry], **changes: float | str | None) -> list[list[Member]]:
+def load(entries: Sequence[Entry], **changes: Any) -> list[list[Member]]:
     """The members of each entry.
 
     Args:
@@ -73,7 +73,7 @@ def controllers_differ(cast: Sequence[Sequence[Member]]) -> list[str]:
     ]
 
 
-def _member(name: str, changes: dict[str, float | str | None]) -> Member:
+def _member(name: str, changes: dict[str, Any]) -> Member:
     subject = named.load(name, **changes)
     told = run_folder.read_summary(Path(name)) if name not in checks.BUILT_IN and os.path.isdir(name) else {}
     training = {what: told.get(what) for what in ("footsteps", "seconds")}

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import jax.numpy as jnp
 import numpy as np
 
-from jaxwalk.config import BodyConfig, RewardConfig
+from jaxwalk.config import BodyConfig, Engine, RewardConfig
 from jaxwalk.learn.policies import provenance
 from jaxwalk.learn.policies.named import Subject
 from jaxwalk.measure.screen import Tell
@@ -75,7 +75,7 @@ class Programs:
     """The compiled programs of evaluations of one size, so that policies of one kind share theirs."""
 
     def __init__(self, args: EvaluateArgs) -> None:
-        self._engine = args.engine
+        self._engine: Engine = args.engine
         self._batch = min(BATCH, max(args.walkers, len(args.impulses) * args.phases * (args.replicas or 1)))
         self._runners: dict[tuple[Act, Task], Runner] = {}
 
@@ -136,6 +136,7 @@ def evaluate(
         result["walls"] = {
             what: asdict(sway.told(trial.tally.sway, trial.tally.seconds, subject.config.body.height))
             for what, trial in zip(("walking", "pushes"), trials, strict=False)
+            if trial.tally.sway is not None
         }
     return result | provenance.stamp("evaluate", args, subject, subject.config)
 
@@ -176,6 +177,7 @@ def _push_test(
 ) -> tuple[Trial, Pushes]:
     impulses = np.array(sorted(args.impulses), np.float32)
     phases = np.arange(args.phases, dtype=np.float32) / args.phases
+    assert args.replicas is not None  # `backend.sized` has given them
     shape = (len(impulses), len(phases), args.replicas)
     grid = np.broadcast_to(impulses[:, None, None], shape), np.broadcast_to(phases[None, :, None], shape)
     tried = scenarios.batch(

@@ -13,8 +13,7 @@ from jaxwalk.model.mjcf import Layout
 from jaxwalk.model.physics import Plant
 
 
-@struct.dataclass
-class Forces:
+class Forces(struct.PyTreeNode):
     """Means over one tick, so that force times rate times time step is work, exactly.
 
     Attributes:

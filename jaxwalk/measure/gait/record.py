@@ -28,8 +28,7 @@ from jaxwalk.task.trials import SETTLE_SECONDS
 BATCH = 64  # walkers in one program, at most
 
 
-@struct.dataclass
-class Ticks:
+class Ticks(struct.PyTreeNode):
     """What is written down of each tick: at its start, but for what `Forces` says.
 
     Attributes:

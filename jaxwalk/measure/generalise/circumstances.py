@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from jaxwalk.common.errors import UserError
@@ -63,7 +63,7 @@ class Circumstance:
         return here.impulse / there.impulse
 
 
-def circumstances(config: Config, values: dict[str, Sequence[float]]) -> list[Circumstance]:
+def circumstances(config: Config, values: Mapping[str, Sequence[float]]) -> list[Circumstance]:
     """All that are tried, kind by kind, ascending, the policy's own among each.
 
     Args:

@@ -25,7 +25,7 @@ LABELS = {
 }
 _ACROSS = 4  # kinds side by side
 _COLOURS = (one_change.BLUE, one_change.ORANGE)  # of the policy, and of the one beside it
-_SHARES = (  # of `one_change.measured`: label and looks
+_SHARES: tuple[tuple[str, str, dict[str, Any]], ...] = (  # of `one_change.measured`: label and looks
     ("never_fell", "never fell, unpushed", {"marker": "o", "linestyle": "-"}),
     ("pushes_survived", "pushes survived", {"marker": "s", "linestyle": "--"}),
 )

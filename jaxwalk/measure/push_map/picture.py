@@ -31,9 +31,9 @@ def draw(result: dict[str, Any], title: str, path: Path) -> None:
     rows = -(-len(shown) // columns)
     figure = figures.new_figure(1.6 + 5.2 * columns, 1.0 + 4.6 * rows)
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
-    image = None
+    images: list[Any] = []
     for axes, (d, p) in zip(panels.flat, shown, strict=False):
-        image = _panel(axes, result, result["maps"][d][p])
+        images.append(_panel(axes, result, result["maps"][d][p]))
         words = Point.of(result["points"][p]).words
         axes.set_title(f"{result['durations'][d]:g} s, {words}", loc="left", fontsize=10)
     for axes in panels.flat[len(shown) :]:
@@ -47,7 +47,7 @@ def draw(result: dict[str, Any], title: str, path: Path) -> None:
     told = max(panels.flat, key=lambda axes: len(axes.get_legend_handles_labels()[1]))
     free = panels.flat[-1] if len(shown) < panels.size else told
     free.legend(*told.get_legend_handles_labels(), fontsize=7, loc="center right", framealpha=0.9)
-    figure.colorbar(image, ax=panels, label="share that survives", shrink=0.8)
+    figure.colorbar(images[-1], ax=panels, label="share that survives", shrink=0.8)
     figure.suptitle(title, fontsize=11, x=0.01, ha="left")
     figures.write_png(figure, path)
 

@@ -97,7 +97,7 @@ def _results(trials: Trial, timestep: float) -> dict[str, NDArray]:
         "survived": survived,
         "fall_seconds": np.where(fell, tally.fall_seconds - start * timestep, np.nan),
         "recovery_seconds": recovery,
-        "impulse_delivered": tally.impulse,
-        "longest": tally.longest,
-        "shortest": tally.shortest,
+        "impulse_delivered": np.asarray(tally.impulse),
+        "longest": np.asarray(tally.longest),
+        "shortest": np.asarray(tally.shortest),
     }

@@ -64,10 +64,9 @@ class Table:
           UserError: it cannot be written; the old one stands.
         """
         buffer = io.BytesIO()
-        np.savez_compressed(
-            buffer, about=np.array(_about(self.grid, self.identity)), done=self.done,
-            **self.grid.columns(), **self.columns,
-        )  # fmt: skip
+        about = np.array(_about(self.grid, self.identity))
+        arrays: dict[str, Any] = {"about": about, "done": self.done, **self.grid.columns(), **self.columns}
+        np.savez_compressed(buffer, **arrays)
         files.write_bytes(folder / NAME, buffer.getvalue())
 
 

@@ -96,7 +96,7 @@ def measure(part: Part, policy: str, folder: Path, quick: bool, seed: int) -> No
     importlib.import_module(part.module).main(args)
 
 
-def _subject(args: Any, policy: str, changes: dict[str, float | None]) -> Subject | None:
+def _subject(args: Any, policy: str, changes: dict[str, Any]) -> Subject | None:
     """Whom results with such options are about; None: nobody."""
     about = hasattr(args, "policy") or hasattr(args, "policies")
     return named.load(policy, **changes) if about else None

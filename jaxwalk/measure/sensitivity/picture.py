@@ -14,7 +14,8 @@ _LABELS = {  # and the unit that its values are shown in
     "contact_timeconst": ("contact time constant, ms", 1e-3),
     "friction": ("friction", 1),
 }
-_FIRST, _SECOND = {"color": one_change.BLUE, "marker": "o"}, {"color": one_change.ORANGE, "marker": "s"}
+_FIRST: dict[str, Any] = {"color": one_change.BLUE, "marker": "o"}
+_SECOND: dict[str, Any] = {"color": one_change.ORANGE, "marker": "s"}
 _SHARES = (
     ("never_fell", "never fell, unpushed", _FIRST),
     ("pushes_survived", "pushes survived", _SECOND),

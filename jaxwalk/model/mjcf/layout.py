@@ -7,6 +7,7 @@ hip, knee and ankle. What it has beyond that lies between: joints of the root, a
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, TypeVar
 
 import jax.numpy as jnp
 import numpy as np
@@ -19,7 +20,7 @@ SEGMENTS = ("torso",) + tuple(
     f"{segment}_{side}" for side in SIDES for segment in ("thigh", "shank", "foot")
 )  # the bodies, after the world
 SAGITTAL = ("hip", "knee", "ankle")
-Joints = Float[Array | np.ndarray, "*B D"]
+X = TypeVar("X", bound=Array | np.ndarray)
 
 
 @dataclass(frozen=True)
@@ -52,13 +53,13 @@ class Layout:
         """Numbers that the sensors give."""
         return 13 if self.walls else 11
 
-    def sagittal(self, joints: Joints) -> Float[Array | np.ndarray, "*B 2 3"]:
+    def sagittal(self, joints: Float[X, "*B D"]) -> Float[X, "*B 2 3"]:
         """[..., 2, 3] hip, knee and ankle of each leg, out of all joints' [..., D]; NumPy or JAX."""
         first = self.leg.index(SAGITTAL[0])
-        legs = joints[..., len(self.root) :].reshape(*joints.shape[:-1], 2, len(self.leg))
+        legs: Any = joints[..., len(self.root) :].reshape(*joints.shape[:-1], 2, len(self.leg))
         return legs[..., first : first + 3]
 
-    def planar(self, joints: Joints) -> np.ndarray:
+    def planar(self, joints: Float[Array | np.ndarray, "*B D"]) -> np.ndarray:
         """[..., 9] those of the planar model, out of all joints' [..., D]: the walk as seen from the side."""
         legs = np.asarray(self.sagittal(joints)).reshape(*joints.shape[:-1], 6)
         return np.concatenate([joints[..., :3], legs], axis=-1)

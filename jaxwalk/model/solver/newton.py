@@ -65,7 +65,7 @@ def minimize(
     @jax.custom_batching.custom_vmap
     def solved(problem: Problem, start: Array) -> tuple[Array, Array]:
         one = jax.tree.map(lambda x: x[..., None], (problem, start))
-        return jax.tree.map(lambda x: x[..., 0], _minimized(*one, iterations))
+        return jax.tree.map(lambda x: x[..., 0], _minimized(*one, iterations=iterations))
 
     @solved.def_vmap
     def _(size: int, batched: Any, problem: Problem, start: Array) -> tuple[Any, Any]:
@@ -76,7 +76,8 @@ def minimize(
             (problem, start),
             tuple(batched),
         )
-        return jax.tree.map(lambda x: jnp.moveaxis(x, -1, 0), _minimized(*many, iterations)), (True, True)
+        found = _minimized(*many, iterations=iterations)
+        return jax.tree.map(lambda x: jnp.moveaxis(x, -1, 0), found), (True, True)
 
     return solved(problem, start)
 

@@ -73,7 +73,7 @@ class Session:
             self.fell = (self._ticks + int(rows.fell.argmax()) + 1) * self._loop.timestep
         self._ticks += self._loop.ticks
         self.speed = float(rows.speed[-1])
-        self._pose(rows.qpos[-1], rows.qvel[-1])
+        self._pose(np.asarray(rows.qpos[-1]), np.asarray(rows.qvel[-1]))
 
     def _pose(self, qpos: np.ndarray, qvel: np.ndarray) -> None:
         self.data.qpos[:], self.data.qvel[:] = qpos, qvel

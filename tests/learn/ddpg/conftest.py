@@ -1,5 +1,7 @@
 """What the learner's tests share: strict promotion, one small configuration, one compiled update."""
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -24,7 +26,7 @@ def config(request):
 
 
 def small(**changes):
-    base = dict(
+    base: dict[str, Any] = dict(
         hidden=(48,), actor_lr=3e-3, critic_lr=3e-3, tau=0.05, batch_size=64, weight_decay=0.0,
         critic_head_start=0,
         target_noise=0.05,

@@ -53,8 +53,8 @@ def test_each_ring_keeps_its_own_rows(transitions):
             expected[which] = (expected[which] + new)[-CAPACITY:]
             assert _held(rings, which) == expected[which]
     batch = np.asarray(sample(rings, _bits(50, 2)).reward)
-    assert set(batch[:50]) == set(np.float32(expected[0]))
-    assert set(batch[50:]) == set(np.float32(expected[1]))
+    assert set(batch[:50]) == set(np.array(expected[0], np.float32))
+    assert set(batch[50:]) == set(np.array(expected[1], np.float32))
 
 
 def test_fields_stay_together_and_add_runs_inside_scan(empty, transitions):

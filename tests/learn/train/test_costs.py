@@ -49,7 +49,7 @@ def state(mesh, advance):
 def test_it_is_compiled_once_and_needs_nothing_of_the_host(advance, state):
     compiled: list[str] = []
     jax.monitoring.register_event_duration_secs_listener(
-        lambda event, _, **more: compiled.append(event) if "compile" in event else None
+        lambda event, duration_secs, **more: compiled.append(event) if "compile" in event else None
     )
     with jax.transfer_guard("disallow"):
         for _ in range(5):

@@ -141,6 +141,7 @@ def test_two_processes_of_two_devices_train_as_one_device_does(alone, tmp_path):
 def test_a_process_that_is_killed_ends_the_other_and_the_run_goes_on_elsewhere(alone, tmp_path, which):
     folder = tmp_path / "run"
     with pair(folder) as both:
+        assert both[0].stdout is not None
         for line in both[0].stdout:
             if line.startswith("evaluation") and " 0 footsteps" not in line:
                 break
@@ -162,6 +163,7 @@ def test_a_process_that_is_killed_ends_the_other_and_the_run_goes_on_elsewhere(a
 def test_what_was_begun_on_one_device_goes_on_in_two_processes(alone, tmp_path):
     folder = tmp_path / "run"
     process = small.start(folder, devices=1)
+    assert process.stdout is not None
     for line in process.stdout:
         if line.startswith("evaluation") and " 0 footsteps" not in line:
             break

@@ -12,7 +12,9 @@ MATRIX = 4 * N**2  # bytes
 
 
 def cost(function, *args, solver=1.0, others=1.0):
-    return costs.of(jax.jit(function).lower(*args).compile(), solver, others)
+    found = costs.of(jax.jit(function).lower(*args).compile(), solver, others)
+    assert found is not None
+    return found
 
 
 def test_a_product_of_matrices():

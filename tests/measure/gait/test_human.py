@@ -11,9 +11,9 @@ def test_every_figure_is_of_a_measure_and_has_a_source():
         assert name in measures.UNITS
         assert told.source in human.SOURCES
         if told.low is not None:
-            assert told.low <= told.mean <= told.high
+            assert told.high is not None and told.low <= told.mean <= told.high
         if told.curve is not None:
-            assert told.curve in signals.UNITS and 0 <= told.percent <= 100
+            assert told.curve in signals.UNITS and told.percent is not None and 0 <= told.percent <= 100
     assert {told.source for told in human.HUMAN.values()} == set(human.SOURCES)
 
 

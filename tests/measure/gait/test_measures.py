@@ -152,7 +152,7 @@ def test_robinson_s_symmetry_index(left, right, index):
     assert measures.symmetry_index(left, right) == pytest.approx(index)
 
 
-def measured(cells):
+def measured(cells: list[tuple[int, int, float]]):
     """Cycles from (walker, side, value of every figure)."""
     return Measured.of([(w, side, dict.fromkeys(measures.UNITS, value)) for w, side, value in cells])
 

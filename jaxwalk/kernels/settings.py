@@ -1,0 +1,12 @@
+"""JAX's settings, as the calling thread has them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax
+
+
+def jax_setting(name: str) -> Any:
+    """The value of one; `jax.config` makes its attributes as it runs, and tells no type checker of them."""
+    return getattr(jax.config, name)
