@@ -17,7 +17,7 @@ import jax.numpy as jnp
 from jaxwalk import __version__
 from jaxwalk.config import GRAVITY, REFERENCE_HEIGHT, REFERENCE_MASS, BodyConfig, Config
 from jaxwalk.control import back_step, scaling, sensors
-from jaxwalk.control.person import Person
+from jaxwalk.control.person import Person, inertias
 from jaxwalk.deploy.file import FORMAT_VERSION
 from jaxwalk.learn.policies import policy
 from jaxwalk.model import anthropometry, kinematics
@@ -119,8 +119,8 @@ def _numbers(config: Config) -> Iterator[tuple[str, dict[str, float]]]:
     setup = Setup.of(config)
     for name in ("thigh", "shank", "foot", "torso"):
         yield name, _number(lambda r, n=name: getattr(kinematics.skeleton(reference, r.length), n))
-    inertias = {"torso_inertia": "torso", "half_leg": "leg_mass", "ankle_damping": "damping"}
-    for name, field in inertias.items():
+    of_the_person = {"torso_inertia": "torso", "half_leg": "leg_mass", "ankle_damping": "damping"}
+    for name, field in of_the_person.items():
         yield (
             name,
             _number(lambda r, f=field: getattr(inertias(setup, Person(r, config.gait)), f)),
