@@ -24,6 +24,11 @@ def write_png(figure: Figure, path: Path) -> None:
     Raises:
       UserError: it cannot be written.
     """
+    files.write_bytes(path, png(figure))
+
+
+def png(figure: Figure) -> bytes:
+    """The picture as a PNG file's content."""
     content = io.BytesIO()
     figure.savefig(content, dpi=110, format="png")
-    files.write_bytes(path, content.getvalue())
+    return content.getvalue()

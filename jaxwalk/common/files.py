@@ -26,7 +26,12 @@ def write_json(path: Path, value: Any) -> None:
     Raises:
       UserError: the folder is missing, full or closed to us.
     """
-    write_bytes(path, (to_json(value, indent=2) + "\n").encode())
+    write_bytes(path, json_file(value))
+
+
+def json_file(value: Any) -> bytes:
+    """``value`` as a JSON file's content."""
+    return (to_json(value, indent=2) + "\n").encode()
 
 
 def write_bytes(path: Path, content: bytes) -> None:

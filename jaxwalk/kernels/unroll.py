@@ -14,6 +14,7 @@ from typing import Any, cast
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import ShapedArray
 from jax.extend import core as jex
 
 from jaxwalk.kernels.entries import Entries, constant, numbers
@@ -52,7 +53,7 @@ def _run(graph: Graph, closed: jex.ClosedJaxpr, args: Sequence[Entries]) -> list
 
     def read(atom: Any) -> Entries:
         if isinstance(atom, jex.Literal):
-            return constant(np.asarray(atom.val, cast(jax.core.ShapedArray, atom.aval).dtype))
+            return constant(np.asarray(atom.val, cast(ShapedArray, atom.aval).dtype))
         return known_as[atom]
 
     for eqn in _needed(jaxpr):

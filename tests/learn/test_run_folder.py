@@ -47,7 +47,7 @@ def test_metrics_are_on_disk_line_by_line(folder):
 
 
 def test_tensorboard_gets_the_same_numbers(folder):
-    from tensorboardX.proto.event_pb2 import Event  # pyright: ignore[reportMissingImports]
+    from tensorboardX.proto.event_pb2 import Event  # pyright: ignore[reportAttributeAccessIssue]
     from tensorboardX.record_writer import masked_crc32c
 
     folder.log({"footsteps": 100, "train/reward": 1.5})

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
+from matplotlib.figure import Figure
 import numpy as np
 from matplotlib.axes import Axes
 
@@ -12,12 +12,11 @@ from jaxwalk.common import figures
 from jaxwalk.measure.push_map.picture import edges
 
 
-def draw(result: dict[str, Any], title: str, path: Path) -> None:
+def draw(result: dict[str, Any], title: str) -> Figure:
     """Three maps; where the engines' intervals do not overlap, the third has a cross.
 
     Args:
       result: of ``agreement``.
-      path: PNG file, replaced if there.
     """
     cells = result["cells"]
     phases = np.asarray(cells["phases"])
@@ -49,4 +48,4 @@ def draw(result: dict[str, Any], title: str, path: Path) -> None:
     panels[0].set_yticks(range(len(cells["impulses"])), [f"{i:+g}" for i in cells["impulses"]])
     panels[0].set_ylabel("impulse, N s (forward positive)")
     figure.suptitle(title, fontsize=11, x=0.01, ha="left")
-    figures.write_png(figure, path)
+    return figure

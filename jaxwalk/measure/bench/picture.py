@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
+from matplotlib.figure import Figure
 from jaxwalk.common import figures
 from jaxwalk.measure.bench.limits import C_CONVERGED, C_LIMITED
 from jaxwalk.measure.bench.rounds import BARE
@@ -43,12 +43,11 @@ def _rate(one: Mapping[str, Any]) -> float:
     return one["physics_steps_per_second"]
 
 
-def draw(result: Mapping[str, Any], path: Path) -> None:
+def draw(result: Mapping[str, Any]) -> Figure:
     """Ratios on a CPU; on a GPU, where they span decades, rates on a logarithmic axis.
 
     Args:
       result: of ``jaxwalk bench --batches``.
-      path: PNG file, replaced if there.
     """
     absolute = not on_cpu(result)
     figure = figures.new_figure(7.2, 4.8)
@@ -76,4 +75,4 @@ def draw(result: Mapping[str, Any], path: Path) -> None:
     hardware = ", ".join(dict.fromkeys(result["hardware"]["devices"]))
     versions = f"jax {result['versions']['jax']}, mujoco-mjx {result['versions']['mujoco-mjx']}"
     axes.set_title(f"{hardware}; {versions}", loc="left", fontsize=10)
-    figures.write_png(figure, path)
+    return figure

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
+from matplotlib.figure import Figure
 import numpy as np
 from matplotlib.axes import Axes
 
@@ -19,12 +19,11 @@ _MARKERS = "osD^vPX"
 _DASHES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (3, 1, 1, 1)))
 
 
-def draw(result: dict[str, Any], path: Path) -> None:
+def draw(result: dict[str, Any]) -> Figure:
     """Both panels.
 
     Args:
       result: of ``compare``.
-      path: PNG file, replaced if there.
     """
     policies = result["policies"]
     figure = figures.new_figure(12.0, 2.2 + max(2.6, 0.42 * len(policies)))
@@ -37,7 +36,7 @@ def draw(result: dict[str, Any], path: Path) -> None:
         axes.axvline(0, color="0.4", linewidth=0.8)
     figure.legend(*right.get_legend_handles_labels(), loc="outside lower center", ncols=min(5, len(policies)),
                   frameon=False, fontsize=9)  # fmt: skip
-    figures.write_png(figure, path)
+    return figure
 
 
 def _style(i: int) -> dict[str, Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -28,11 +27,10 @@ ORDER = [f"{joint}_{kind}" for kind in ("angle", "moment", "power") for joint in
 ORDER += ["vertical_force", "fore_aft_force", "torso_pitch"]
 
 
-def draw(report: Report, title: str, path: Path) -> None:
+def draw(report: Report, title: str) -> Figure:
     """Twelve panels on one page.
 
     Args:
-      path: PNG file, replaced if there.
 
     Raises:
       UserError: it cannot be written.

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
+from matplotlib.figure import Figure
 from matplotlib.axes import Axes
 from matplotlib.figure import SubFigure
 from matplotlib.lines import Line2D
@@ -33,12 +33,11 @@ _SHARES: tuple[tuple[str, str, dict[str, Any]], ...] = (  # of `one_change.measu
 _FIRST, _BESIDE = {"zorder": 3}, {"zorder": 2, "markerfacecolor": "white", "markersize": 9, "linewidth": 1.2}
 
 
-def draw(result: dict[str, Any], path: Path) -> None:
+def draw(result: dict[str, Any]) -> Figure:
     """Three panels for each kind: speed, shares, thresholds; a grey line marks the policy's own value.
 
     Args:
       result: of ``generalise``.
-      path: PNG file, replaced if there.
     """
     rows = result["rows"]
     kinds = list(dict.fromkeys(row["kind"] for row in rows))
@@ -54,7 +53,7 @@ def draw(result: dict[str, Any], path: Path) -> None:
         fontsize=11, x=0.01, ha="left",
     )  # fmt: skip
     figure.legend(handles=_legend(names), loc="outside lower left", ncols=len(names) + 2, frameon=False)
-    figures.write_png(figure, path)
+    return figure
 
 
 def _band(part: SubFigure, kinds: list[str], across: int, rows: Rows, names: list[str]) -> None:

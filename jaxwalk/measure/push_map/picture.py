@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
+from matplotlib.figure import Figure
 import numpy as np
 from matplotlib.axes import Axes
 
@@ -19,12 +19,11 @@ _LINES = {  # of the limits: sign, label, style
 }
 
 
-def draw(result: dict[str, Any], title: str, path: Path) -> None:
+def draw(result: dict[str, Any], title: str) -> Figure:
     """One panel for each duration and point; the limits are drawn where they hold, on the torso.
 
     Args:
       result: of ``summarise``.
-      path: PNG file, replaced if there.
     """
     shown = [(d, p) for d in range(len(result["durations"])) for p in range(len(result["points"]))]
     columns = len(result["points"]) if len(result["points"]) <= _WIDE else _WIDE
@@ -49,7 +48,7 @@ def draw(result: dict[str, Any], title: str, path: Path) -> None:
     free.legend(*told.get_legend_handles_labels(), fontsize=7, loc="center right", framealpha=0.9)
     figure.colorbar(images[-1], ax=panels, label="share that survives", shrink=0.8)
     figure.suptitle(title, fontsize=11, x=0.01, ha="left")
-    figures.write_png(figure, path)
+    return figure
 
 
 def _panel(axes: Axes, result: dict[str, Any], part: dict[str, Any]) -> Any:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
+from matplotlib.figure import Figure
 from jaxwalk.common import figures
 from jaxwalk.measure import one_change
 
@@ -23,12 +23,11 @@ _SHARES = (
 _WAYS = (("forward", _FIRST), ("backward", _SECOND))
 
 
-def draw(result: dict[str, Any], title: str, path: Path) -> None:
+def draw(result: dict[str, Any], title: str) -> Figure:
     """A column for each setting; a grey line marks the policy's own value.
 
     Args:
       result: of ``sensitivity``.
-      path: PNG file, replaced if there.
     """
     figure = figures.new_figure(3.3 * len(_LABELS), 7.2)
     panels = figure.subplots(3, len(_LABELS), sharex="col", sharey="row")
@@ -52,4 +51,4 @@ def draw(result: dict[str, Any], title: str, path: Path) -> None:
     for axes in panels[1:, 0]:
         axes.legend(frameon=False, fontsize=8, loc="lower left")
     figure.suptitle(f"{title} (grey: its own)", fontsize=11, x=0.01, ha="left")
-    figures.write_png(figure, path)
+    return figure

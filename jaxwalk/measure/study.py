@@ -1,0 +1,69 @@
+"""A measurement from a command's options to its files: measured with a bar, written whole, printed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from matplotlib.figure import Figure
+from rich.console import Console
+
+from jaxwalk.common import figures, files
+from jaxwalk.config import Config
+from jaxwalk.learn.policies import provenance
+from jaxwalk.learn.policies.named import Subject
+from jaxwalk.measure import screen
+from jaxwalk.measure.screen import Tell
+from jaxwalk.task import backend
+
+Result = dict[str, Any]
+
+
+def carry_out(
+    command: str,
+    args: Any,
+    config: Config,
+    subject: Subject | None,
+    measure: Callable[[Tell], Result],
+    show: Callable[[Console, Result], None],
+    draw: Callable[[Result], Figure] | None = None,
+    table: Callable[[Result], bytes] | None = None,
+    stem: str = "",
+    also: str = "",
+) -> Result:
+    """Measure, and leave ``STEM.json``, with ``.csv`` and ``.png`` where there are such, in ``args.out``.
+
+    Nothing is written before all of it is made.
+
+    Args:
+      command: its name, which stamps the result; the files' too, unless ``stem`` says otherwise.
+      args: its options; ``out`` is a folder, made if it is not there; or ``json`` a file, or None.
+      config: under which walkers walk. subject: who walks; None: several.
+      measure: the numbers, with whom to tell of what is under way.
+      show: prints them. draw, table: a picture and a CSV of them.
+      also: what ``measure`` itself has left in the folder, to be told of.
+
+    Raises:
+      UserError: the results cannot be written; or as ``measure`` does.
+    """
+    folder = getattr(args, "out", None)
+    if folder is not None:
+        files.make_folder("--out", folder)
+    console = Console()
+    backend.begin(config, getattr(args, "engine", "mjx"))
+    with screen.bars(console) as tell:
+        result = measure(tell) | provenance.stamp(command, args, subject, config)
+    if folder is not None:
+        stem = stem or command
+        content = {f"{stem}.json": files.json_file(result)}
+        content |= {f"{stem}.csv": table(result)} if table else {}
+        content |= {f"{stem}.png": figures.png(draw(result))} if draw else {}
+        for name, data in content.items():
+            files.write_bytes(folder / name, data)
+    elif args.json is not None:
+        files.write_json(args.json, result)
+    show(console, result)
+    if folder is not None:
+        *names, last = [*filter(None, [also]), *content]
+        console.print(f"{', '.join(names)} and {last} in {folder}" if names else f"{last} in {folder}", highlight=False)
+    return result
