@@ -6,14 +6,183 @@ number of CPU devices then stays what it was.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from os import PathLike
+from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
+from jaxwalk import deploy
 from jaxwalk.common import runtime
+from jaxwalk.common.errors import UserError
+from jaxwalk.config import BodyModel, Config, Engine, validate
+from jaxwalk.config.presets import PRESETS
 
-runtime.setup(begun=True)
+runtime.setup(begun=True)  # before what follows, which computes
 
-from jaxwalk.common.errors import UserError  # noqa: E402
-from jaxwalk.config import BodyModel, Config, Engine  # noqa: E402
+from jaxwalk.export import command as _export  # noqa: E402
+from jaxwalk.learn.policies import named  # noqa: E402
+from jaxwalk.learn.policies.named import Subject  # noqa: E402
+from jaxwalk.learn.train import multi_seed  # noqa: E402
+from jaxwalk.learn.train import run as _run  # noqa: E402
+from jaxwalk.measure.evaluate import evaluation  # noqa: E402
+from jaxwalk.measure.protocol import PushTest  # noqa: E402
+from jaxwalk.measure.push_map import command as _map  # noqa: E402
+from jaxwalk.measure.push_map.grid import Grid  # noqa: E402
+from jaxwalk.measure.push_map.options import IMPULSES  # noqa: E402
+from jaxwalk.options import checks  # noqa: E402
+from jaxwalk.task.env import FootstepEnv  # noqa: E402
+
+Controller = deploy.Controller
+AnyPath = str | PathLike[str]
+
+
+def preset(name: str = "default") -> Config:
+    """A named configuration; change it by ``dataclasses.replace``.
+
+    Raises:
+      UserError: no preset of that name.
+    """
+    if name not in PRESETS:
+        raise UserError(f"no preset {name!r}: give one of {', '.join(PRESETS)}")
+    return PRESETS[name]
+
+
+def train(config: Config, run_dir: AnyPath | None = None, *, seed: int = 0, seeds: int = 1) -> Path:
+    """Train a policy into a run folder, and return the folder.
+
+    Ctrl-C in the main thread ends after the report under way, and keeps the best policy so far.
+
+    Args:
+      run_dir: new, or without a run in it; None: a name of its own under ``runs``.
+      seed: of everything that is drawn at random. seeds: so many trainings in one program, from ``seed`` on;
+        the folder then holds a run folder for each.
+
+    Raises:
+      UserError: a configuration without sense, a folder that cannot be used, a full disk or memory, or a
+        training that diverges again and again.
+    """
+    validate.check(config)
+    checks.seed(seed)
+    folder = None if run_dir is None else Path(run_dir)
+    typed = f"jaxwalk.train(config, {str(run_dir)!r}, seed={seed}, seeds={seeds})"
+    if seeds > 1:
+        return multi_seed.run_many(config, folder, seed, seeds, typed)
+    return _run.run(config, folder, seed, typed)
+
+
+def resume(run_dir: AnyPath) -> Path:
+    """Go on with a training that was stopped, bit for bit, and return its folder.
+
+    Raises:
+      UserError: there is no run to go on with; or as `train`.
+    """
+    return _run.resume(Path(run_dir))
+
+
+def load_policy(
+    name: AnyPath = "shipped",
+    *,
+    speed: float | None = None,
+    height: float | None = None,
+    mass: float | None = None,
+    noise: float | None = None,
+    model: BodyModel | None = None,
+) -> Subject:
+    """A policy, with the configuration that it acts under.
+
+    Args:
+      name: a run folder, a policy file, ``shipped``, or a rule: ``fixed``, ``constant``, ``raibert``,
+        ``capture-point``.
+      speed: to aim at, m/s. height: m. mass: kg. noise: scale of the sensors'. model: of the body. None
+        leaves what the policy was trained with.
+
+    Raises:
+      UserError: no such policy, a damaged one, or a value out of range.
+    """
+    checks.policy(fspath(name))
+    return named.load(fspath(name), speed=speed, height=height, mass=mass, noise=noise, model=model)
+
+
+def evaluate(policy: Subject | AnyPath = "shipped", test: PushTest | None = None) -> dict[str, Any]:
+    """Does it walk, which pushes does it survive, how soon is it steady again.
+
+    Args:
+      policy: of `load_policy`, or what that takes.
+      test: what it is put through; default: ``PushTest()``.
+
+    Returns:
+      ``walking``, ``pushes``, ``threshold`` and ``threshold_worst_phase``, as ``jaxwalk evaluate --json``
+      writes them: plain numbers and lists.
+
+    Raises:
+      UserError: no such policy.
+    """
+    return evaluation.evaluate(_subject(policy), test)
+
+
+def push_map(
+    policy: Subject | AnyPath,
+    out: AnyPath,
+    *,
+    impulses: tuple[float, ...] = IMPULSES,
+    phases: int = 16,
+    points: tuple[str, ...] = ("torso",),
+    durations: tuple[float, ...] = (0.1,),
+    replicas: int = 8,
+    engine: Engine = "mjx",
+    seed: int = 0,
+) -> dict[str, Any]:
+    """Which pushes a policy survives: phase of the step x impulse x point x duration.
+
+    Args:
+      out: folder for ``map.npz``, which an interrupted map goes on from.
+      impulses: N s, ascending, forward positive. phases: of the step, evenly spread.
+      points: of the body, see `jaxwalk.model.push_points`. durations: s.
+      replicas: walkers for each combination. engine: what moves them. seed: of starts and noise.
+
+    Returns:
+      What ``map.json`` holds: plain numbers and lists.
+
+    Raises:
+      UserError: the policy does not walk, or ``out`` holds another map or cannot be written.
+    """
+    grid = Grid.even(tuple(impulses), phases, tuple(points), tuple(durations), replicas, seed)
+    return _map.push_map(_subject(policy), grid, Path(out), engine)
+
+
+def export(
+    policy: Subject | AnyPath, out: AnyPath, *, formats: tuple[str, ...] = ("safetensors",)
+) -> dict[str, Path]:
+    """Write a trained policy with its controllers for other runtimes; the files, by format.
+
+    Args:
+      out: folder, made if it is not there.
+      formats: of safetensors, npz, onnx, stablehlo, c.
+
+    Raises:
+      UserError: a rule that nobody trained, an unknown format, or a folder that cannot be written.
+    """
+    for kind in formats:
+        if kind not in _export.WRITERS:
+            raise UserError(f"no format {kind!r}: give one or more of {', '.join(_export.WRITERS)}")
+    name = policy.name if isinstance(policy, Subject) else fspath(policy)
+    return _export.write(*_export.load(name), tuple(formats), Path(out))
+
+
+def _subject(policy: Subject | AnyPath) -> Subject:
+    return policy if isinstance(policy, Subject) else load_policy(policy)
+
+
+__all__ = [
+    "Config",
+    "Controller",
+    "FootstepEnv",
+    "PushTest",
+    "UserError",
+    "evaluate",
+    "export",
+    "load_policy",
+    "preset",
+    "push_map",
+    "resume",
+    "train",
+]

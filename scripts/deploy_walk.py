@@ -19,8 +19,8 @@ from jaxwalk.common import files, runtime
 from jaxwalk.config import Config
 from jaxwalk.export import c_runtime, command
 from jaxwalk.learn.policies import named
-from jaxwalk.measure.evaluate import evaluation
-from jaxwalk.measure.evaluate.options import EvaluateArgs
+from jaxwalk.measure.evaluate.evaluation import evaluate
+from jaxwalk.measure.protocol import PushTest
 from jaxwalk.task import deployed
 
 
@@ -46,11 +46,10 @@ def walked(config: Config, controller: Any, args: argparse.Namespace) -> dict[st
 
 def in_jax(args: argparse.Namespace) -> dict[str, Any]:
     """The same of the JAX controllers."""
-    asked = EvaluateArgs(
-        policy=args.policy, walkers=args.walkers, seconds=args.seconds, impulses=tuple(args.impulses),
-        phases=args.phases, replicas=args.replicas, engine="mujoco",
-    )  # fmt: skip
-    found = evaluation.evaluate(named.load(args.policy), asked)
+    asked = PushTest(
+        args.walkers, args.seconds, tuple(args.impulses), args.phases, args.replicas, engine="mujoco"
+    )
+    found = evaluate(named.load(args.policy), asked)
     survived = zip(args.impulses, found["pushes"]["survival"], strict=True)
     return {
         "never_fell": found["walking"]["survival"],

@@ -18,8 +18,11 @@ _CGROUP = Path("/sys/fs/cgroup/cpu.max")
 _REPORTED = ("jax", "jaxlib", "mujoco", "mujoco-mjx", "brax", "flax", "optax", "numpy")
 
 
-def setup() -> None:
+def setup(begun: bool = False) -> None:
     """Use all cores, remember compiled programs, keep quiet. To be called before JAX computes.
+
+    Args:
+      begun: JAX may compute already; the number of its devices is then left as it is.
 
     What the user has chosen through JAX's own environment variables or ``XLA_FLAGS`` stands.
 
@@ -39,7 +42,8 @@ def setup() -> None:
         settings["jax_num_cpu_devices"] = _cores()
     for name, value in settings.items():
         if name.upper() not in os.environ:
-            jax.config.update(name, value)
+            with contextlib.suppress(*[RuntimeError] * begun):
+                jax.config.update(name, value)
     _import_mjx_quietly()
 
 

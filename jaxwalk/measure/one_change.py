@@ -12,22 +12,21 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from jaxwalk.measure.evaluate.options import EvaluateArgs
+from jaxwalk.measure.protocol import PushTest
 from jaxwalk.measure.survival import pooled
 
 BLUE, ORANGE = "#2f6db5", "#d9742b"
 Rows = Sequence[dict[str, Any]]
 
 
-def measured(found: dict[str, Any], options: EvaluateArgs) -> dict[str, Any]:
+def measured(found: dict[str, Any], test: PushTest) -> dict[str, Any]:
     """A row of an evaluation's results: walking, survival unpushed and pushed with intervals, thresholds."""
-    assert options.replicas is not None  # who changes one thing has said how many
     walking, shares = found["walking"], np.asarray(found["pushes"]["survival"])
-    survivors = round(float(shares.sum()) * options.replicas)
+    survivors = round(float(shares.sum()) * test.cell)
     return {
         "walking": walking,
-        "never_fell": pooled(round(walking["survival"] * options.walkers), options.walkers),
-        "pushes_survived": pooled(survivors, shares.size * options.replicas),
+        "never_fell": pooled(round(walking["survival"] * test.walkers), test.walkers),
+        "pushes_survived": pooled(survivors, shares.size * test.cell),
         "impulses": found["pushes"]["impulses"],
         "threshold": found["threshold"],
     }

@@ -40,7 +40,7 @@ class PushTest:
         return cls(**{name: getattr(options, name) for name in names})
 
     def sized(self, config: Config, many: int = 128, few: int = 8) -> PushTest:
-        """With ``replicas``: ``many`` where native code steps the walkers of ``config``, ``few`` elsewhere."""
+        """With ``replicas``: ``many`` where native code steps walkers of ``config``, ``few`` elsewhere."""
         return backend.sized(self, config, many, few)
 
     @property

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from rich.console import Console
-from rich.progress import Progress
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 Tell = Callable[[str, float], None]
 """Called with what is under way, and the share of it that is done."""
@@ -15,13 +15,14 @@ Tell = Callable[[str, float], None]
 
 @contextmanager
 def bars(console: Console) -> Iterator[Tell]:
-    """A bar on a terminal for each thing that is told of."""
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+    """A bar on a terminal for each thing that is told of, until it is done."""
+    columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         shown: dict[str, Any] = {}
 
         def tell(what: str, share: float) -> None:
             if what not in shown:
                 shown[what] = progress.add_task(what, total=1.0)
-            progress.update(shown[what], completed=share)
+            progress.update(shown[what], completed=share, visible=share < 1)
 
         yield tell

@@ -65,5 +65,7 @@ def carry_out(
     show(console, result)
     if folder is not None:
         *names, last = [*filter(None, [also]), *content]
-        console.print(f"{', '.join(names)} and {last} in {folder}" if names else f"{last} in {folder}", highlight=False)
+        console.print(
+            f"{', '.join(names)} and {last} in {folder}" if names else f"{last} in {folder}", highlight=False
+        )
     return result

@@ -81,7 +81,7 @@ def parse_known(kind: type[T], argv: Sequence[str], command: str) -> T:
     return found
 
 
-def _switches(kind: type, prefix: str = "") -> Iterator[tuple[str, str]]:
+def _switches(kind: Any, prefix: str = "") -> Iterator[tuple[str, str]]:
     """What precedes its name, and the name, of each option that is on or off."""
     for name, hint in typing.get_type_hints(kind, include_extras=True).items():
         own = name

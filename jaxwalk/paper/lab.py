@@ -21,7 +21,7 @@ from jaxwalk.learn.policies.named import Subject
 from jaxwalk.learn.train.evaluation import IMPULSES
 from jaxwalk.measure.evaluate import evaluation
 from jaxwalk.measure.evaluate.evaluation import AFTER_PUSH, BEFORE_PUSH, Programs
-from jaxwalk.measure.evaluate.options import EvaluateArgs
+from jaxwalk.measure.protocol import PushTest
 from jaxwalk.model import push_points
 from jaxwalk.model.burdens import Burden
 from jaxwalk.paper import trace, trainings
@@ -75,7 +75,7 @@ class Lab:
         tell: Callable[[str, float], None] = lambda what, share: None,
     ) -> None:
         self.policy, self.trained, self.quick, self.seed, self.tell = policy, trained, quick, seed, tell
-        self._programs = Programs(EvaluateArgs(policy, walkers=BATCH, impulses=()))
+        self._programs = Programs(PushTest(walkers=BATCH, impulses=()))
         self._traces: dict[Any, trace.Trace] = {}
         self._recorders: dict[Any, trace.Recorder] = {}
         self._shares: dict[str, dict[str, Interval]] = {}

@@ -9,8 +9,8 @@ from jaxwalk.config import BodyConfig, Config
 from jaxwalk.control import controllers, walker
 from jaxwalk.control.person import Person, model_of, skeleton
 from jaxwalk.learn.policies import named
-from jaxwalk.measure.evaluate import evaluation
-from jaxwalk.measure.evaluate.options import EvaluateArgs
+from jaxwalk.measure.evaluate.evaluation import evaluate
+from jaxwalk.measure.protocol import PushTest
 from jaxwalk.model import engine, mjcf
 from jaxwalk.model.engine import Setup
 from jaxwalk.task import sway
@@ -120,11 +120,9 @@ def test_mjx_moves_it_as_c_does(replayed):
 
 @pytest.mark.slow
 def test_an_evaluation_tells_of_the_walls():
-    args = EvaluateArgs(
-        policy="fixed", walkers=4, seconds=8.0, impulses=(-20.0,), phases=2, replicas=2, engine="mujoco"
-    )
-    result = evaluation.evaluate(named.load("fixed", model="walls"), args)
-    assert result["walking"]["survival"] == 1.0 and result["config"]["body"]["model"] == "walls"
+    test = PushTest(4, 8.0, (-20.0,), phases=2, replicas=2, engine="mujoco")
+    result = evaluate(named.load("fixed", model="walls"), test)
+    assert result["walking"]["survival"] == 1.0
     assert result["walking"]["speed_mean"] == pytest.approx(1.0, abs=0.1)
     assert np.mean(result["pushes"]["survival"]) == 1.0
     for told in result["walls"].values():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import signal
 import sys
+import threading
 from typing import Any
 
 
@@ -13,7 +14,9 @@ class Stop:
 
     def __enter__(self) -> Stop:
         self.wanted = False
-        self._old = {s: signal.signal(s, self._wish) for s in (signal.SIGINT, signal.SIGTERM)}
+        self._old = {}
+        if threading.current_thread() is threading.main_thread():  # no other may
+            self._old = {s: signal.signal(s, self._wish) for s in (signal.SIGINT, signal.SIGTERM)}
         return self
 
     def _wish(self, number: int, frame: Any) -> None:

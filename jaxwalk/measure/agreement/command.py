@@ -8,16 +8,14 @@ from typing import TYPE_CHECKING, Any, get_args
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk.common import files
 from jaxwalk.config import Engine
-from jaxwalk.learn.policies import named, provenance
+from jaxwalk.learn.policies import named
 from jaxwalk.learn.policies.named import Subject
-from jaxwalk.measure import screen
+from jaxwalk.measure import study
 from jaxwalk.measure.agreement import differences, picture
-from jaxwalk.measure.evaluate import evaluation
-from jaxwalk.measure.evaluate.options import EvaluateArgs
+from jaxwalk.measure.evaluate.evaluation import evaluate
+from jaxwalk.measure.protocol import PushTest
 from jaxwalk.measure.screen import Tell
-from jaxwalk.task import backend
 
 if TYPE_CHECKING:
     from jaxwalk.measure.agreement.options import AgreementArgs
@@ -25,42 +23,30 @@ if TYPE_CHECKING:
 TOLD = ("walking", "pushes", "threshold")  # of an evaluation, for each engine
 
 
-def agreement(subject: Subject, args: AgreementArgs, tell: Tell = lambda what, share: None) -> dict[str, Any]:
-    """The same trials by both engines, as the JSON that ``jaxwalk agreement`` writes.
-
-    Args:
-      tell: called with what is under way and the share of it that is done.
-    """
-    shared = {field.name: getattr(args, field.name) for field in dataclasses.fields(args)}
-    del shared["out"]
+def agreement(subject: Subject, test: PushTest, tell: Tell = lambda what, share: None) -> dict[str, Any]:
+    """The same trials by both engines, and how they differ."""
     engines = {}
     for engine in get_args(Engine):
-        options = EvaluateArgs(engine=engine, **shared)
-        found = evaluation.evaluate(
-            subject, options, lambda what, share, by=engine: tell(f"{by}: {what}", share)
-        )
+        by = dataclasses.replace(test, engine=engine)
+        found = evaluate(subject, by, lambda what, share, by=engine: tell(f"{by}: {what}", share))
         engines[engine] = {name: found[name] for name in TOLD}
     first, second = engines.values()
-    return {
-        "engines": engines,
-        **differences.compare(first, second, args.walkers, args.replicas),
-        **provenance.stamp("agreement", args, subject, subject.config),
-    }
+    return {"engines": engines, **differences.compare(first, second, test.walkers, test.cell)}
 
 
 def main(args: AgreementArgs) -> None:
     """The command."""
     subject = named.load(args.policy, height=args.height, mass=args.mass)
-    files.make_folder("--out", args.out)
-    console = Console()
-    backend.begin(subject.config)
-    with screen.bars(console) as tell:
-        result = agreement(subject, args, tell)
-    files.write_json(args.out / "agreement.json", result)
     title = f"{args.policy}: {args.replicas} walkers a cell and engine"
-    picture.draw(result, title, args.out / "agreement.png")
-    _print(console, args.policy, result)
-    console.print(f"agreement.json and agreement.png in {args.out}", highlight=False)
+    study.carry_out(
+        "agreement",
+        args,
+        subject.config,
+        subject,
+        lambda tell: agreement(subject, PushTest.of(args), tell),
+        lambda console, result: _print(console, args.policy, result),
+        lambda result: picture.draw(result, title),
+    )
 
 
 def _print(console: Console, name: str, result: dict[str, Any]) -> None:

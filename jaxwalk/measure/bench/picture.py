@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from matplotlib.figure import Figure
+
 from jaxwalk.common import figures
 from jaxwalk.measure.bench.limits import C_CONVERGED, C_LIMITED
 from jaxwalk.measure.bench.rounds import BARE

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk.common import files
+from jaxwalk.common import figures, files
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
 from jaxwalk.learn.policies import provenance
@@ -51,7 +51,7 @@ def main(args: BenchArgs) -> None:
     if args.json is not None:
         files.write_json(args.json, result)
         if args.batches:
-            picture.draw(result, args.picture(args.json))
+            figures.write_png(picture.draw(result), args.picture(args.json))
     show(console, result)
 
 

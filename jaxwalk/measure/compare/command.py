@@ -7,18 +7,18 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
-from rich.progress import Progress
 from rich.table import Table
 
 from jaxwalk.common import files
 from jaxwalk.config import to_dict
-from jaxwalk.learn.policies import provenance
+from jaxwalk.measure import study
 from jaxwalk.measure.compare import groups, picture, policies, verdicts
+from jaxwalk.measure.compare.groups import Entry
 from jaxwalk.measure.compare.policies import Member
 from jaxwalk.measure.compare.verdicts import WAYS, Figures
 from jaxwalk.measure.evaluate import evaluation
-from jaxwalk.measure.evaluate.options import EvaluateArgs
-from jaxwalk.task import backend
+from jaxwalk.measure.protocol import PushTest
+from jaxwalk.measure.screen import Tell
 
 if TYPE_CHECKING:
     from jaxwalk.measure.compare.options import CompareArgs
@@ -33,34 +33,36 @@ _ROWS = (
 )
 
 
-def compare(args: CompareArgs, progress: Progress) -> dict[str, Any]:
-    """Measure everyone; gives ``compare.json``.
+Loaded = list[list[Member]]
+
+
+def load(args: CompareArgs) -> tuple[list[Entry], Loaded]:
+    """Who is compared, and the members of each.
 
     Raises:
       UserError: a policy that cannot be loaded, or that walks in another world than the first.
     """
     entries = groups.parse(args.policies)
-    loaded = policies.load(
-        entries,
-        speed=args.speed,
-        height=args.height,
-        mass=args.mass,
-        noise=args.noise,
-        model=args.model,
-    )
-    files.make_folder("--out", args.out)
-    config = loaded[0][0].subject.config
-    args = backend.sized(args, config, many=128, few=4)
-    backend.begin(config, args.engine)
-    same = {field.name for field in dataclasses.fields(EvaluateArgs)} - {"policy", "json"}
-    options = EvaluateArgs(policy="", **{name: getattr(args, name) for name in same})
-    programs = evaluation.Programs(options)
-    measured = [[_measured(member, options, programs, progress) for member in members] for members in loaded]
-    every = [result for group in measured for result in group]
+    changes = {name: getattr(args, name) for name in ("speed", "height", "mass", "noise", "model")}
+    return entries, policies.load(entries, **changes)
+
+
+def compare(entries: list[Entry], loaded: Loaded, test: PushTest, tell: Tell) -> dict[str, Any]:
+    """Everyone on the same pushes, and who beats whom."""
+    programs = evaluation.Programs(test)
+
+    def measured(member: Member) -> dict[str, Any]:
+        def own(what: str, share: float) -> None:
+            tell(f"{member.subject.name}, {what}", share)
+
+        return evaluation.evaluate(member.subject, test, own, programs)
+
+    results = [[measured(member) for member in members] for members in loaded]
+    every = [result for group in results for result in group]
     impulses = every[0]["pushes"]["impulses"]
     shared = verdicts.common(impulses, every)
     entrants = []
-    for one, members, group in zip(entries, loaded, measured, strict=True):
+    for one, members, group in zip(entries, loaded, results, strict=True):
         seeds = [
             verdicts.figures(result, shared, member.training)
             for member, result in zip(members, group, strict=True)
@@ -90,21 +92,7 @@ def compare(args: CompareArgs, progress: Progress) -> dict[str, Any]:
         "policies": entrants,
         "verdicts": [{**dataclasses.asdict(found), "sentence": verdicts.sentence(found)} for found in judged],
         "controllers_differ": policies.controllers_differ(loaded),
-        **provenance.stamp("compare", args, None, loaded[0][0].subject.config),
     }
-
-
-def _measured(
-    member: Member, options: EvaluateArgs, programs: evaluation.Programs, progress: Progress
-) -> dict[str, Any]:
-    bar = progress.add_task(member.subject.name, total=1.0)
-
-    def tell(what: str, share: float) -> None:
-        progress.update(bar, description=f"{member.subject.name}, {what}", completed=share)
-
-    result = evaluation.evaluate(member.subject, options, tell, programs)
-    progress.update(bar, visible=False)
-    return result
 
 
 def table(result: dict[str, Any]) -> bytes:
@@ -122,14 +110,19 @@ def table(result: dict[str, Any]) -> bytes:
 
 def main(args: CompareArgs) -> None:
     """The command."""
-    console = Console()
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-        result = compare(args, progress)
-    files.write_json(args.out / "compare.json", result)
-    files.write_bytes(args.out / "compare.csv", table(result))
-    picture.draw(result, args.out / "compare.png")
-    _print(console, result)
-    console.print(f"compare.json, compare.csv and compare.png in {args.out}", highlight=False)
+    entries, loaded = load(args)
+    config = loaded[0][0].subject.config
+    test = PushTest.of(args).sized(config, few=4)
+    study.carry_out(
+        "compare",
+        dataclasses.replace(args, replicas=test.replicas),
+        config,
+        None,
+        lambda tell: compare(entries, loaded, test, tell),
+        _print,
+        picture.draw,
+        table,
+    )
 
 
 def _print(console: Console, result: dict[str, Any]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -9,11 +10,10 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk.common import files
 from jaxwalk.learn.policies import named
-from jaxwalk.measure import screen
-from jaxwalk.measure.evaluate.evaluation import REPLICAS, evaluate
-from jaxwalk.task import backend
+from jaxwalk.measure import study
+from jaxwalk.measure.evaluate.evaluation import evaluate
+from jaxwalk.measure.protocol import PushTest
 
 if TYPE_CHECKING:
     from jaxwalk.measure.evaluate.options import EvaluateArgs
@@ -29,14 +29,15 @@ def main(args: EvaluateArgs) -> None:
         noise=args.noise,
         model=args.model,
     )
-    args = backend.sized(args, subject.config, *REPLICAS)
-    console = Console()
-    backend.begin(subject.config, args.engine)
-    with screen.bars(console) as tell:
-        result = evaluate(subject, args, tell)
-    if args.json is not None:
-        files.write_json(args.json, result)
-    _print(console, args.policy, result)
+    test = PushTest.of(args).sized(subject.config)
+    study.carry_out(
+        "evaluate",
+        dataclasses.replace(args, replicas=test.replicas),
+        subject.config,
+        subject,
+        lambda tell: evaluate(subject, test, tell),
+        lambda console, result: _print(console, args.policy, result),
+    )
 
 
 def _print(console: Console, name: str, result: dict[str, Any]) -> None:

@@ -5,27 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
 
 from jaxwalk.config import BodyConfig, Engine, RewardConfig
-from jaxwalk.learn.policies import provenance
 from jaxwalk.learn.policies.named import Subject
+from jaxwalk.measure.protocol import PushTest
 from jaxwalk.measure.screen import Tell
 from jaxwalk.measure.survival import each_phase, threshold, worst_phase
 from jaxwalk.model.burdens import Burden
-from jaxwalk.task import backend, scenarios, sway
+from jaxwalk.task import scenarios, sway
 from jaxwalk.task.scenarios import Scenario
 from jaxwalk.task.stepper import Task
 from jaxwalk.task.trials import BINS, Act, Profile, Runner, Trial
 
-if TYPE_CHECKING:
-    from jaxwalk.measure.evaluate.options import EvaluateArgs
-
 BATCH = 2048  # trials in one program, at most
-REPLICAS = 128, 8  # walkers for each push: by native code, and elsewhere
 AFTER_PUSH = 8.0  # s watched after the step in which the push comes
 BEFORE_PUSH = 5.0  # s, enough for the step of the push to be reached
 
@@ -74,9 +70,9 @@ class Pushes:
 class Programs:
     """The compiled programs of evaluations of one size, so that policies of one kind share theirs."""
 
-    def __init__(self, args: EvaluateArgs) -> None:
-        self._engine: Engine = args.engine
-        self._batch = min(BATCH, max(args.walkers, len(args.impulses) * args.phases * (args.replicas or 1)))
+    def __init__(self, test: PushTest) -> None:
+        self._engine: Engine = test.engine
+        self._batch = min(BATCH, max(test.walkers, len(test.impulses) * test.phases * (test.replicas or 1)))
         self._runners: dict[tuple[Act, Task], Runner] = {}
 
     def of(self, subject: Subject) -> Runner:
@@ -95,35 +91,36 @@ class Programs:
 
 def evaluate(
     subject: Subject,
-    args: EvaluateArgs,
+    test: PushTest | None = None,
     tell: Tell = lambda what, share: None,
     programs: Programs | None = None,
     burden: Burden | None = None,
 ) -> dict[str, Any]:
-    """All of it, as the JSON that ``jaxwalk evaluate`` writes.
+    """Walking, pushes and thresholds, as ``jaxwalk evaluate`` writes them.
 
     Args:
+      test: what the policy is put through; default: a `PushTest` as it stands.
       tell: called with what is under way and the share of it that is done.
-      programs: made for the same ``args``; default: one of its own.
+      programs: made for the same ``test``; default: one of its own.
       burden: what all walkers bear without being told.
     """
-    args = backend.sized(args, subject.config, *REPLICAS)
-    runner = (programs or Programs(args)).of(subject)
+    test = (test or PushTest()).sized(subject.config)
+    runner = (programs or Programs(test)).of(subject)
 
     def follow(what: str, batch: Scenario, profile: Profile, seconds: float) -> Trial:
         numbers = subject.config.gait
         return runner.run(subject.params, numbers, profile, batch, seconds, partial(tell, what))
 
     blank = Profile(jnp.zeros(BINS), jnp.float32(0.6))
-    none = np.zeros(args.walkers, np.float32)
+    none = np.zeros(test.walkers, np.float32)
     calm = scenarios.batch(
-        subject.config, none, none, scenarios.keys(args.seed, scenarios.CALM, args.walkers), burden=burden
+        subject.config, none, none, scenarios.keys(test.seed, scenarios.CALM, test.walkers), burden=burden
     )
-    walked = follow("walking", calm, blank, args.seconds)
+    walked = follow("walking", calm, blank, test.seconds)
     result: dict[str, Any] = {"walking": asdict(_walking(walked))}
     trials = [walked]
-    if args.impulses:
-        tried, pushed = _push_test(subject, args, profile_of(walked), follow, burden)
+    if test.impulses:
+        tried, pushed = _push_test(subject, test, profile_of(walked), follow, burden)
         trials.append(tried)
         shares = [float(np.mean(row)) for row in pushed.survival]
         each = each_phase(pushed.impulses, pushed.survival)
@@ -138,7 +135,7 @@ def evaluate(
             for what, trial in zip(("walking", "pushes"), trials, strict=False)
             if trial.tally.sway is not None
         }
-    return result | provenance.stamp("evaluate", args, subject, subject.config)
+    return result
 
 
 def _walking(trials: Trial) -> Walking:
@@ -170,23 +167,22 @@ def profile_of(trials: Trial) -> Profile:
 
 def _push_test(
     subject: Subject,
-    args: EvaluateArgs,
+    test: PushTest,
     profile: Profile,
     follow: Callable[..., Trial],
     burden: Burden | None,
 ) -> tuple[Trial, Pushes]:
-    impulses = np.array(sorted(args.impulses), np.float32)
-    phases = np.arange(args.phases, dtype=np.float32) / args.phases
-    assert args.replicas is not None  # `backend.sized` has given them
-    shape = (len(impulses), len(phases), args.replicas)
+    impulses = np.array(sorted(test.impulses), np.float32)
+    phases = np.arange(test.phases, dtype=np.float32) / test.phases
+    shape = (len(impulses), len(phases), test.cell)
     grid = np.broadcast_to(impulses[:, None, None], shape), np.broadcast_to(phases[None, :, None], shape)
     tried = scenarios.batch(
         subject.config,
         grid[0].ravel(),
         grid[1].ravel(),
-        scenarios.keys(args.seed, scenarios.PUSHED, int(np.prod(shape))),
-        args.push_height,
-        args.push_duration,
+        scenarios.keys(test.seed, scenarios.PUSHED, int(np.prod(shape))),
+        test.push_height,
+        test.push_duration,
         burden=burden,
     )
     trials = follow("pushes", tried, profile, BEFORE_PUSH + AFTER_PUSH)

@@ -5,21 +5,22 @@ from __future__ import annotations
 import csv
 import io
 import os
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich import box
 from rich.console import Console
-from rich.progress import Progress
 from rich.table import Table
 from rich.text import Text
 
 from jaxwalk.common import files, untrusted
 from jaxwalk.common.errors import UserError
 from jaxwalk.learn.policies import named, provenance
+from jaxwalk.measure import study
 from jaxwalk.measure.gait import measures, picture, report, signals
 from jaxwalk.measure.gait.report import Report
-from jaxwalk.task import backend
+from jaxwalk.measure.screen import Tell
 
 if TYPE_CHECKING:
     from jaxwalk.measure.gait.options import GaitArgs
@@ -63,27 +64,26 @@ def main(args: GaitArgs) -> None:
     """The command."""
     subject = named.load(args.policy, speed=args.speed, height=args.height, mass=args.mass, noise=args.noise)
     stamp = provenance.stamp("gait", args, subject, subject.config)
-    identity = {name: stamp[name] for name in ("policy_digest", "options", "config")}
-    check_free(args.out, identity)
-    files.make_folder("--out", args.out)
-    console = Console()
-    backend.begin(subject.config)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-        bar = progress.add_task("walking", total=1.0)
-        found = report.make(
-            subject,
-            args.walkers,
-            args.seconds,
-            args.seed,
-            lambda share: progress.update(bar, completed=share),
-        )
-    files.write_json(args.out / JSON, found.result | stamp)
-    files.write_bytes(args.out / CSV, table_csv(found).encode())
+    check_free(args.out, {name: stamp[name] for name in ("policy_digest", "options", "config")})
+    made: list[Report] = []
+
+    def measure(tell: Tell) -> dict[str, Any]:
+        walk = partial(tell, "walking")
+        made.append(report.make(subject, args.walkers, args.seconds, args.seed, walk))
+        return made[0].result
+
     body = subject.config.body
     title = f"{args.policy}: {args.walkers} walkers, {body.height:g} m, {body.mass:g} kg, unpushed"
-    picture.draw(found, title, args.out / PNG)
-    _print(console, args.policy, found.result)
-    console.print(f"{JSON} (with all definitions), {CSV} and {PNG} in {args.out}", highlight=False)
+    study.carry_out(
+        "gait",
+        args,
+        subject.config,
+        subject,
+        measure,
+        lambda console, result: _print(console, args.policy, result),
+        lambda _: picture.draw(made[0], title),
+        lambda _: table_csv(made[0]).encode(),
+    )
 
 
 def _print(console: Console, name: str, result: dict[str, Any]) -> None:

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import io
-
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from jaxwalk.common import files
+from jaxwalk.common import figures
 from jaxwalk.measure.gait import signals
 from jaxwalk.measure.gait.report import SIDES, Report
 
@@ -28,15 +25,8 @@ ORDER += ["vertical_force", "fore_aft_force", "torso_pitch"]
 
 
 def draw(report: Report, title: str) -> Figure:
-    """Twelve panels on one page.
-
-    Args:
-
-    Raises:
-      UserError: it cannot be written.
-    """
-    figure = Figure(figsize=(10.5, 12.0), layout="constrained")
-    FigureCanvasAgg(figure)
+    """Twelve panels on one page."""
+    figure = figures.new_figure(10.5, 12.0)
     panels = figure.subplots(4, 3, sharex=True)
     for axes, name in zip(panels.flat, ORDER, strict=True):
         _panel(axes, report, name)
@@ -48,9 +38,7 @@ def draw(report: Report, title: str) -> Figure:
         list(keys.values()), list(keys), loc="outside lower center", ncols=3, frameon=False, fontsize=9
     )
     figure.suptitle(title, fontsize=12, x=0.01, ha="left")
-    content = io.BytesIO()
-    figure.savefig(content, dpi=120, format="png")
-    files.write_bytes(path, content.getvalue())
+    return figure
 
 
 def _panel(axes: Axes, report: Report, name: str) -> None:

@@ -11,23 +11,20 @@ from rich.table import Table
 
 from jaxwalk.common import files
 from jaxwalk.config import Config
-from jaxwalk.learn.policies import named, provenance
+from jaxwalk.learn.policies import named
 from jaxwalk.learn.policies.named import Subject
-from jaxwalk.measure import one_change, screen
+from jaxwalk.measure import one_change, study
 from jaxwalk.measure.compare import policies
-from jaxwalk.measure.evaluate import evaluation
-from jaxwalk.measure.evaluate.evaluation import Programs
-from jaxwalk.measure.evaluate.options import EvaluateArgs
+from jaxwalk.measure.evaluate.evaluation import Programs, evaluate
 from jaxwalk.measure.generalise import picture
 from jaxwalk.measure.generalise.circumstances import Circumstance, circumstances
 from jaxwalk.measure.generalise.options import NOBODY
+from jaxwalk.measure.protocol import PushTest
 from jaxwalk.measure.screen import Tell
-from jaxwalk.task import backend
 
 if TYPE_CHECKING:
     from jaxwalk.measure.generalise.options import GeneraliseArgs
 
-_SHARED = ("policy", "walkers", "seconds", "impulses", "phases", "replicas", "engine", "seed")
 Plan = list[tuple[Circumstance, Subject]]
 
 
@@ -48,43 +45,37 @@ def planned(args: GeneraliseArgs) -> Plan:
     return plan
 
 
-def generalise(plan: Plan, args: GeneraliseArgs, tell: Tell = lambda what, share: None) -> dict[str, Any]:
-    """The same trials in every circumstance, as the JSON that ``jaxwalk generalise`` writes.
+def generalise(plan: Plan, test: PushTest, tell: Tell = lambda what, share: None) -> dict[str, Any]:
+    """The same trials in every circumstance.
 
     Sizes, noise, speed and burdens are numbers of the walkers: one program serves a policy.
-
-    Args:
-      tell: called with what is under way and the share of it that is done.
     """
-    options = EvaluateArgs(**{name: getattr(args, name) for name in _SHARED})
-    programs = Programs(options)
-    first = next(subject for one, subject in plan if one.own)
-    own = first.config
+    programs, own = Programs(test), first(plan).config
     known: dict[str, dict[str, Any]] = {}  # a policy's own circumstance is among each kind's
     rows = []
     for place, (one, subject) in enumerate(plan):
         if not one.own or subject.name not in known:
-            found = _measured(one, subject, options, own, programs)
+            found = _measured(one, subject, test, own, programs)
             known |= {subject.name: found} if one.own else {}
         else:
             found = known[subject.name]
         what = {"policy": subject.name, "kind": one.kind, "value": one.value, "own": one.own}
         rows.append(what | found)
         tell("circumstances", (place + 1) / len(plan))
-    return {
-        "rows": rows,
-        **provenance.stamp("generalise", args, first, own),
-    }
+    return {"rows": rows}
+
+
+def first(plan: Plan) -> Subject:
+    """The policy under its own circumstance."""
+    return next(subject for one, subject in plan if one.own)
 
 
 def _measured(
-    one: Circumstance, subject: Subject, options: EvaluateArgs, own: Config, programs: Programs
+    one: Circumstance, subject: Subject, test: PushTest, own: Config, programs: Programs
 ) -> dict[str, Any]:
     ratio = one.push_ratio(own)
-    scaled = dataclasses.replace(options, impulses=tuple(ratio * impulse for impulse in options.impulses))
-    row = one_change.measured(
-        evaluation.evaluate(subject, scaled, programs=programs, burden=one.burden), options
-    )
+    scaled = dataclasses.replace(test, impulses=tuple(ratio * impulse for impulse in test.impulses))
+    row = one_change.measured(evaluate(subject, scaled, programs=programs, burden=one.burden), test)
     return {
         "height": one.height,
         "mass": one.mass,
@@ -117,17 +108,17 @@ def table(rows: list[dict[str, Any]]) -> bytes:
 def main(args: GeneraliseArgs) -> None:
     """The command."""
     plan = planned(args)  # before minutes of work
-    files.make_folder("--out", args.out)
-    console = Console()
-    backend.begin(plan[0][1].config, args.engine)
-    with screen.bars(console) as tell:
-        result = generalise(plan, args, tell)
-    files.write_json(args.out / "generalise.json", result)
-    files.write_bytes(args.out / "generalise.csv", table(result["rows"]))
-    picture.draw(result, args.out / "generalise.png")
-    _print(console, result["rows"])
-    told = "generalise.json, generalise.csv and generalise.png"
-    console.print(f"{told} in {args.out}", highlight=False)
+    subject = first(plan)
+    study.carry_out(
+        "generalise",
+        args,
+        subject.config,
+        subject,
+        lambda tell: generalise(plan, PushTest.of(args), tell),
+        lambda console, result: _print(console, result["rows"]),
+        picture.draw,
+        lambda result: table(result["rows"]),
+    )
 
 
 def _print(console: Console, rows: list[dict[str, Any]]) -> None:

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table as Screen
 
 from jaxwalk.common import files, runtime
-from jaxwalk.config import to_dict
-from jaxwalk.learn.policies import named, provenance
+from jaxwalk.config import Engine, to_dict
+from jaxwalk.learn.policies import named
 from jaxwalk.learn.policies.named import Subject
+from jaxwalk.measure import study
 from jaxwalk.measure.push_map import picture, run, summary, table
 from jaxwalk.measure.push_map.capturability import Pendulum
 from jaxwalk.measure.push_map.grid import Grid
+from jaxwalk.measure.screen import Tell
 from jaxwalk.model import anthropometry, physics
 from jaxwalk.task import backend
 from jaxwalk.task.trials import Trial
@@ -24,35 +26,32 @@ from jaxwalk.task.trials import Trial
 if TYPE_CHECKING:
     from jaxwalk.measure.push_map.options import PushMapArgs
 
+REPLICAS = 64, 8  # walkers for each cell: by native code, and elsewhere
 
-def push_map(subject: Subject, args: PushMapArgs, progress: Progress) -> dict[str, Any]:
-    """Try the whole grid and write ``map.npz``, ``map.json`` and ``map.png``; gives the JSON."""
-    args = backend.sized(args, subject.config, many=64, few=8)
-    phases = tuple(i / args.phases for i in range(args.phases))
-    grid = Grid(args.impulses, phases, args.points, args.durations, args.replicas or 0, args.seed)
-    identity = {"policy": subject.digest, "config": to_dict(subject.config), "engine": args.engine}
-    identity |= runtime.versions()
-    found = table.resume(args.out, grid, identity)
-    files.make_folder("--out", args.out)
-    before = int(found.done.sum())
-    bar = progress.add_task(f"{grid.size:,} trials", total=1.0)
-    walked, rate = run.run(
-        subject,
-        args.engine,
-        found,
-        args.chunk,
-        args.out,
-        lambda share: progress.update(bar, completed=share),
-    )
-    result = summary.summarise(found, _pendulum(subject, walked, found)) | {
-        "resumed_trials": before,
-        "ticks_per_second": rate or None,
-        **provenance.stamp("push-map", args, subject, subject.config),
-    }
-    files.write_json(args.out / "map.json", result)
-    title = f"{args.policy}, {args.engine}: {grid.replicas} walkers a cell, {grid.size:,} trials"
-    picture.draw(result, title, args.out / "map.png")
-    return result
+
+def push_map(
+    subject: Subject,
+    grid: Grid,
+    out: Path,
+    engine: Engine = "mjx",
+    chunk: int = 512,
+    tell: Tell = lambda what, share: None,
+) -> dict[str, Any]:
+    """Try the whole grid; ``map.npz`` in ``out`` is kept up to date, and what it holds is not tried again.
+
+    Args:
+      chunk: trials in one program, at most.
+
+    Raises:
+      UserError: the policy does not walk, or ``out`` holds another map or cannot be written.
+    """
+    identity = {"policy": subject.digest, "config": to_dict(subject.config), "engine": engine}
+    found = table.resume(out, grid, identity | runtime.versions())
+    files.make_folder("--out", out)
+    before, what = int(found.done.sum()), f"{grid.size:,} trials"
+    walked, rate = run.run(subject, engine, found, chunk, out, lambda share: tell(what, share))
+    pendulum = _pendulum(subject, walked, found)
+    return summary.summarise(found, pendulum) | {"resumed_trials": before, "ticks_per_second": rate or None}
 
 
 def _pendulum(subject: Subject, walked: Trial, found: table.Table) -> Pendulum:
@@ -80,14 +79,24 @@ def _pendulum(subject: Subject, walked: Trial, found: table.Table) -> Pendulum:
 def main(args: PushMapArgs) -> None:
     """The command."""
     subject = named.load(args.policy, model=args.model)
-    console = Console()
-    backend.begin(subject.config, args.engine)
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
-    with Progress(
-        *columns, TimeRemainingColumn(), console=console, disable=not console.is_terminal
-    ) as progress:
-        result = push_map(subject, args, progress)
-    title = f"{args.policy}, {result['replicas']} walkers a cell"
+    args = backend.sized(args, subject.config, *REPLICAS)
+    grid = Grid.even(args.impulses, args.phases, args.points, args.durations, args.replicas or 0, args.seed)
+    title = f"{args.policy}, {args.engine}: {grid.replicas} walkers a cell, {grid.size:,} trials"
+    study.carry_out(
+        "push-map",
+        args,
+        subject.config,
+        subject,
+        lambda tell: push_map(subject, grid, args.out, args.engine, args.chunk, tell),
+        lambda console, result: _print(console, args.policy, result),
+        lambda result: picture.draw(result, title),
+        stem="map",
+        also="map.npz",
+    )
+
+
+def _print(console: Console, name: str, result: dict[str, Any]) -> None:
+    title = f"{name}, {result['replicas']} walkers a cell"
     screen = Screen("push", "all phases", "worst phase", "least share of the limit", title=title)
     for d, duration in enumerate(result["durations"]):
         for point, part in zip(result["points"], result["maps"][d], strict=True):
@@ -98,7 +107,6 @@ def main(args: PushMapArgs) -> None:
                 shares = [share for share in limited[way] if share is not None]
                 screen.add_row(name, *told, f"{min(shares):.2f}" if shares else "-")
     console.print(screen)
-    console.print(f"map.npz, map.json and map.png in {args.out}", highlight=False)
 
 
 def _told(threshold: dict[str, Any] | None) -> str:

@@ -30,6 +30,19 @@ class Grid:
     replicas: int
     seed: int
 
+    @classmethod
+    def even(
+        cls,
+        impulses: tuple[float, ...],
+        phases: int,
+        points: tuple[str, ...],
+        durations: tuple[float, ...],
+        replicas: int,
+        seed: int,
+    ) -> Grid:
+        """With so many ``phases``, evenly spread over the step."""
+        return cls(impulses, tuple(i / phases for i in range(phases)), points, durations, replicas, seed)
+
     @property
     def shape(self) -> tuple[int, int, int, int, int]:
         """(durations, points, impulses, phases, replicas), the order of the trials."""

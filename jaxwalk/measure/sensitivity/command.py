@@ -9,22 +9,18 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk.common import files
 from jaxwalk.config import Config
-from jaxwalk.learn.policies import named, provenance
+from jaxwalk.learn.policies import named
 from jaxwalk.learn.policies.named import Subject
-from jaxwalk.measure import one_change, screen
-from jaxwalk.measure.evaluate import evaluation
-from jaxwalk.measure.evaluate.options import EvaluateArgs
+from jaxwalk.measure import one_change, study
+from jaxwalk.measure.evaluate.evaluation import evaluate
+from jaxwalk.measure.protocol import PushTest
 from jaxwalk.measure.screen import Tell
 from jaxwalk.measure.sensitivity import picture
 from jaxwalk.measure.sensitivity.settings import PARAMETERS, Setting, settings
-from jaxwalk.task import backend
 
 if TYPE_CHECKING:
     from jaxwalk.measure.sensitivity.options import SensitivityArgs
-
-_SHARED = ("policy", "walkers", "seconds", "impulses", "phases", "replicas", "engine", "seed")
 
 
 def tried(subject: Subject, args: SensitivityArgs) -> list[Setting]:
@@ -41,43 +37,34 @@ def tried(subject: Subject, args: SensitivityArgs) -> list[Setting]:
 
 
 def sensitivity(
-    subject: Subject, args: SensitivityArgs, tell: Tell = lambda what, share: None
+    subject: Subject, plan: list[Setting], test: PushTest, tell: Tell = lambda what, share: None
 ) -> dict[str, Any]:
-    """The same trials under every setting, as the JSON that ``jaxwalk sensitivity`` writes.
-
-    Args:
-      tell: called with what is under way and the share of it that is done.
-    """
-    options = EvaluateArgs(**{name: getattr(args, name) for name in _SHARED})
-    plan = tried(subject, args)
+    """The same trials under every setting."""
     known: dict[Config, dict[str, Any]] = {}  # the policy's own configuration is among each parameter's
     rows = []
     for place, one in enumerate(plan):
         if one.config not in known:
             changed = dataclasses.replace(subject, config=one.config)
-            known[one.config] = one_change.measured(evaluation.evaluate(changed, options), options)
+            known[one.config] = one_change.measured(evaluate(changed, test), test)
         rows.append({"parameter": one.parameter, "value": one.value, "own": one.own, **known[one.config]})
         tell("settings", (place + 1) / len(plan))
-    return {
-        "rows": rows,
-        **provenance.stamp("sensitivity", args, subject, subject.config),
-    }
+    return {"rows": rows}
 
 
 def main(args: SensitivityArgs) -> None:
     """The command."""
     subject = named.load(args.policy)
-    tried(subject, args)  # before minutes of work
-    files.make_folder("--out", args.out)
-    console = Console()
-    backend.begin(subject.config, args.engine)
-    with screen.bars(console) as tell:
-        result = sensitivity(subject, args, tell)
-    files.write_json(args.out / "sensitivity.json", result)
+    plan = tried(subject, args)  # before minutes of work
     title = f"{args.policy}, {args.engine}: what its results owe to the physics' settings"
-    picture.draw(result, title, args.out / "sensitivity.png")
-    _print(console, args.policy, result["rows"])
-    console.print(f"sensitivity.json and sensitivity.png in {args.out}", highlight=False)
+    study.carry_out(
+        "sensitivity",
+        args,
+        subject.config,
+        subject,
+        lambda tell: sensitivity(subject, plan, PushTest.of(args), tell),
+        lambda console, result: _print(console, args.policy, result["rows"]),
+        lambda result: picture.draw(result, title),
+    )
 
 
 def _print(console: Console, name: str, rows: list[dict[str, Any]]) -> None:

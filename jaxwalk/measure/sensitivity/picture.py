@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from matplotlib.figure import Figure
+
 from jaxwalk.common import figures
 from jaxwalk.measure import one_change
 

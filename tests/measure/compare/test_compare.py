@@ -15,7 +15,7 @@ from jaxwalk.config import Config, DDPGConfig, PhysicsConfig
 from jaxwalk.learn.ddpg import learner
 from jaxwalk.learn.policies import named, policy
 from jaxwalk.measure.evaluate import evaluation
-from jaxwalk.measure.evaluate.options import EvaluateArgs
+from jaxwalk.measure.protocol import PushTest
 
 OPTIONS = "--walkers 4 --seconds 6 --impulses -10,10,400 --phases 2 --replicas 1".split()
 CONFIG = Config(ddpg=DDPGConfig(hidden=(8,)))
@@ -91,7 +91,7 @@ def test_seeds_of_one_method_share_one_program(runs):
     """Also if they were trained for other rewards; a rule is of another kind."""
     first, second = (named.load(str(run)) for run in runs)
     other = replace(second, config=replace(second.config, ddpg=replace(CONFIG.ddpg, gamma=0.5)))
-    programs = evaluation.Programs(EvaluateArgs(policy=""))
+    programs = evaluation.Programs(PushTest())
     assert programs.of(first) is programs.of(second) is programs.of(other)
     assert jax.tree.structure(first.params) == jax.tree.structure(second.params)
     assert programs.of(named.load("fixed")) is not programs.of(first)

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from jaxwalk.common import figures
 from jaxwalk.measure.push_map import picture, summary
 from jaxwalk.measure.push_map.capturability import Pendulum
 from jaxwalk.measure.push_map.grid import Grid
@@ -91,7 +92,7 @@ def test_abilities_are_those_of_survivors():
 def test_the_picture_is_drawn(result, tmp_path):
     from PIL import Image
 
-    picture.draw(result, "a map", tmp_path / "map.png")
+    figures.write_png(picture.draw(result, "a map"), tmp_path / "map.png")
     with Image.open(tmp_path / "map.png") as image:
         assert min(image.size) > 300
         assert len(image.convert("RGB").resize((64, 64)).getcolors(4096) or []) > 20
