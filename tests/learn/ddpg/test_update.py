@@ -128,7 +128,8 @@ import functools, jax, numpy as np
 from jax.sharding import Mesh, PartitionSpec as P
 from jaxwalk.config import DDPGConfig
 from jaxwalk.config.presets import PRESETS
-from jaxwalk.learn.ddpg import Transition, learner
+from jaxwalk.learn.ddpg import learner
+from jaxwalk.task.transition import Transition
 
 jax.config.update("jax_num_cpu_devices", 2)
 keys = jax.random.split(jax.random.key(0), 5)
