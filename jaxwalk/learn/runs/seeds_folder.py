@@ -12,11 +12,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from jaxwalk.learn.runs import run_folder
 from jaxwalk.common import runtime, untrusted
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.files import make_folder, write_json
 from jaxwalk.config import Config, to_dict
+from jaxwalk.learn.runs import run_folder
 
 SUMMARY, PICTURE = "seeds.json", "seeds.png"
 _CURE = "give the folder of jaxwalk train --seeds"

@@ -35,7 +35,8 @@ CLOCKED = {"seconds", "train/footsteps_per_second"}
 def shorten(patch: Callable[[Any, str, Any], None]) -> None:
     """Few and short trials in evaluations; programs that are compiled once for all runs of the process."""
     from jaxwalk.common.parallel import devices
-    from jaxwalk.learn.train import device_loop, evaluation, finals, trainer
+    from jaxwalk.learn.train import beside, device_loop, evaluation, finals, trainer
+    from jaxwalk.learn.train.evaluation import Marks
     from jaxwalk.task import backend
 
     patch(evaluation, "SECONDS", 1.0)
@@ -44,6 +45,7 @@ def shorten(patch: Callable[[Any, str, Any], None]) -> None:
     patch(evaluation, "PUSHED", 1)
     patch(evaluation, "MORE_CALM", 2)
     patch(finals, "REPLICAS", 1)
+    patch(beside, "of_rules", lambda config, seed: {"constant": Marks(0.5, 0.5, 1.0, 1.0)})
     for one in (devices, backend):
         patch(one, "BLOCK", 4)  # or every batch is filled up to a whole block for each device
     patch(device_loop, "make", functools.cache(device_loop.make))

@@ -1,0 +1,34 @@
+"""What a run's best policy is worth: beside rules that learn nothing, on the pushes of its finals."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from jaxwalk.common.parallel import devices
+from jaxwalk.config import Config
+from jaxwalk.learn.runs import run_folder
+from jaxwalk.learn.runs.run_folder import RunFolder
+from jaxwalk.learn.train import finals
+from jaxwalk.learn.train.evaluation import Exam, Marks
+from jaxwalk.task import rules, scenarios
+
+
+def of_rules(config: Config, seed: int) -> dict[str, Marks]:
+    """How each rule of `rules.RULES` does in the finals of a run of ``config`` and ``seed``."""
+    seen = dataclasses.replace(config, observation=rules.OBSERVATION)
+    exam = Exam(seen, rules.act, devices.mesh(), seed, scenarios.FINALS, finals.IMPULSES, finals.REPLICAS)
+    person = rules.reference(config.gait)
+    return {name: exam((rules.strong(rule), person))[0] for name, rule in rules.RULES.items()}
+
+
+def lines(folder: RunFolder, config: Config, seed: int) -> list[str]:
+    """What the end of a run says: how its policy fares, and what one would type next."""
+    settled = run_folder.read_summary(folder.path)["finals"]
+    said = []
+    if settled:
+        name, rule = max(of_rules(config, seed).items(), key=lambda found: found[1].survival)
+        said.append(
+            f"it survives {settled[0]['survival']:.1%} of the finals' pushes at {settled[0]['speed']:.2f} m/s; "
+            f"of the rules that learn nothing, {name} is best: {rule.survival:.1%} at {rule.speed:.2f} m/s"
+        )
+    return [*said, f"see it pushed: jaxwalk render {folder.path} --out {folder.path}.html"]
