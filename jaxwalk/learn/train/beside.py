@@ -23,12 +23,12 @@ def of_rules(config: Config, seed: int) -> dict[str, Marks]:
 
 def lines(folder: RunFolder, config: Config, seed: int) -> list[str]:
     """What the end of a run says: how its policy fares, and what one would type next."""
-    settled = run_folder.read_summary(folder.path)["finals"]
-    said = []
+    said, settled = [], run_folder.read_summary(folder.path)["finals"]
     if settled:
+        own = settled[0]
         name, rule = max(of_rules(config, seed).items(), key=lambda found: found[1].survival)
         said.append(
-            f"it survives {settled[0]['survival']:.1%} of the finals' pushes at {settled[0]['speed']:.2f} m/s; "
+            f"it survives {own['survival']:.1%} of the finals' pushes at {own['speed']:.2f} m/s; "
             f"of the rules that learn nothing, {name} is best: {rule.survival:.1%} at {rule.speed:.2f} m/s"
         )
     return [*said, f"see it pushed: jaxwalk render {folder.path} --out {folder.path}.html"]
