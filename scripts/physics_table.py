@@ -77,15 +77,15 @@ def record(config: Config, count: int) -> Replay:
     setup, dt = Setup.of(config), config.physics.timestep
 
     def walk(key):
-        who = Person.of(config.gait, jnp.float32(config.body.height), jnp.float32(config.body.mass))
-        model, bones = model_of(setup, who), skeleton(setup, who)
+        person = Person.of(config.gait, jnp.float32(config.body.height), jnp.float32(config.body.mass))
+        model, bones = model_of(setup, person), skeleton(setup, person)
 
         def tick(state, _):
-            command = controllers.command(who.gait, bones, state.gait, state.estimate)
+            command = controllers.command(person.gait, bones, state.gait, state.estimate)
             after, event = walker.tick(setup, model, state)
             return after, (state.plant, command, event.fell)
 
-        state = walker.start(setup, who, key, jnp.float32(config.sensors.noise))
+        state = walker.start(setup, person, key, jnp.float32(config.sensors.noise))
         return jax.lax.scan(tick, state, length=round((BEGIN + SPREAD + LOOKS[-1]) / dt))[1]
 
     keys = jax.random.split(jax.random.key(0), count)

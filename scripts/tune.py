@@ -110,8 +110,8 @@ class Bench:
     def __call__(self, numbers: GaitConfig, rule: np.ndarray):
         """(survived [N], speed of the calm m/s) of one candidate."""
         body = self.config.body
-        who = Person.of(numbers, jnp.float32(body.height), jnp.float32(body.mass))
-        params = {"step": footstep.nominal_action(who), "rule": jnp.asarray(rule, jnp.float32)}
+        person = Person.of(numbers, jnp.float32(body.height), jnp.float32(body.mass))
+        params = {"step": footstep.nominal_action(person), "rule": jnp.asarray(rule, jnp.float32)}
         strong = jax.tree.map(lambda x: jnp.asarray(x, jnp.float32), numbers)
         ended = self.runner.run(params, strong, self.profile, self.scenarios, SECONDS)
         calm = self.impulse == 0

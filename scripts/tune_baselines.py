@@ -92,12 +92,12 @@ def tune(name: str, start: Rule, exam: Exam, args: Args) -> tuple[Rule, Marks, T
         mean, args.sigma, bounds=np.tile([0.0, 1.0], (len(mean), 1)), population_size=args.population,
         seed=args.seed,
     )  # fmt: skip
-    who = rules.reference(exam.config.gait)
+    person = rules.reference(exam.config.gait)
 
     def examine(unit: np.ndarray) -> tuple[Rule, Marks, Trial]:
         at = dict(zip(ranges, low + unit * (high - low), strict=True))
         rule = changed(start, {f: math.exp(x) if f in LOGARITHMIC else float(x) for f, x in at.items()})
-        return rule, *exam((rules.strong(rule), who))
+        return rule, *exam((rules.strong(rule), person))
 
     best = examine(mean)
     for _ in range(max(1, round((args.evaluations - 1) / args.population))):

@@ -109,9 +109,9 @@ def life(config: Config, ticks: int, values: jax.Array, impulse: jax.Array, key:
     tried = changed(config, values)
     told = dataclasses.replace(setup, physics=tried.physics)  # traced: for the drives alone
     body = config.body
-    who = Person.of(tried.gait, jnp.float32(body.height), jnp.float32(body.mass))
+    person = Person.of(tried.gait, jnp.float32(body.height), jnp.float32(body.mass))
     key, when = jax.random.split(key)
-    begun = walker.start(setup, who, key, jnp.float32(1))
+    begun = walker.start(setup, person, key, jnp.float32(1))
     last = config.pushes.duration
     push = pushes.of_impulse(
         impulse,
@@ -125,8 +125,8 @@ def life(config: Config, ticks: int, values: jax.Array, impulse: jax.Array, key:
         state, up, far, lean = carry
         before = state.plant.qpos[0]
         state, control, loads = walker.drive(told, state)
-        plant, readings = engine.move(setup, None, who.ratio, None, state.plant, control, loads)
-        state, event = walker.moved(setup, state, plant, readings, walker.noise(state, 1)[0])
+        plant, readings = engine.move(setup, None, person.ratio, None, state.plant, control, loads)
+        state, event = walker.advance(setup, state, plant, readings, walker.noise(state, 1)[0])
         up = up & ~event.fell
         counts = up & (index * dt >= SETTLE)
         far = far + jnp.where(counts, state.plant.qpos[0] - before, 0.0)

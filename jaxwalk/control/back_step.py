@@ -13,7 +13,7 @@ from jaxtyping import Array, Bool, Float
 
 from jaxwalk.config import GRAVITY, GaitConfig
 from jaxwalk.control.sensors import Estimate
-from jaxwalk.control.step_clock import GaitState, Phase, step_length, swing_force, swing_phase
+from jaxwalk.control.step_clock import Phase, StepClock, step_length, swing_force, swing_phase
 from jaxwalk.model.kinematics import Skeleton, ankles
 
 TORSO_SHARE = 0.678  # of the body's mass, Winter: how far the torso's lean moves the whole
@@ -25,7 +25,7 @@ def capture_point(body: Skeleton, estimate: Estimate) -> Float[Array, ""]:
     return lean + estimate.speed * jnp.sqrt(body.leg / GRAVITY)
 
 
-def needed(config: GaitConfig, body: Skeleton, gait: GaitState, estimate: Estimate) -> Bool[Array, ""]:
+def needed(config: GaitConfig, body: Skeleton, gait: StepClock, estimate: Estimate) -> Bool[Array, ""]:
     """Whether the walker falls backward over its stance foot; never while it still pushes off."""
     if not config.back_step:
         return jnp.bool_(False)
@@ -34,7 +34,7 @@ def needed(config: GaitConfig, body: Skeleton, gait: GaitState, estimate: Estima
     return behind & (swing_phase(gait) != Phase.TOE_OFF)
 
 
-def touched_down(config: GaitConfig, body: Skeleton, gait: GaitState, estimate: Estimate) -> Bool[Array, ""]:
+def touched_down(config: GaitConfig, body: Skeleton, gait: StepClock, estimate: Estimate) -> Bool[Array, ""]:
     """Whether the swing foot carries a walker that needs it behind."""
     far = step_length(body, gait, estimate) < -config.back_step_least
     loaded = swing_force(gait, estimate) > config.back_step_force
@@ -42,7 +42,7 @@ def touched_down(config: GaitConfig, body: Skeleton, gait: GaitState, estimate: 
 
 
 def swing(
-    config: GaitConfig, body: Skeleton, gait: GaitState, estimate: Estimate
+    config: GaitConfig, body: Skeleton, gait: StepClock, estimate: Estimate
 ) -> tuple[Float[Array, ""], Float[Array, ""]]:
     """(hip rate rad/s, knee angle rad) that put the swing foot behind the capture point and the stance foot.
 

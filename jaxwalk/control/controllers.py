@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 from jaxwalk.config import GaitConfig
 from jaxwalk.control import back_step
 from jaxwalk.control.sensors import Estimate
-from jaxwalk.control.step_clock import GaitState, Phase, swing_phase, swing_progress
+from jaxwalk.control.step_clock import Phase, StepClock, swing_phase, swing_progress
 from jaxwalk.model.kinematics import Skeleton, shank_angles, thigh_angles
 
 
@@ -146,7 +146,7 @@ def ankle_servo(
     return config.ankle_stiffness * (target - angle) - config.ankle_rate_gain * rate
 
 
-def standing_ankle_torque(config: GaitConfig, gait: GaitState) -> Float[Array, ""]:
+def standing_ankle_torque(config: GaitConfig, gait: StepClock) -> Float[Array, ""]:
     """Torque of the stance ankle, N m, dorsiflexion positive: none, but for a walker that stands.
 
     One that a push has stopped just above its stance foot may balance there for seconds, an inverted
@@ -155,7 +155,7 @@ def standing_ankle_torque(config: GaitConfig, gait: GaitState) -> Float[Array, "
     return jnp.where(gait.elapsed > config.restart_seconds, config.restart_torque, 0.0)
 
 
-def command(config: GaitConfig, body: Skeleton, gait: GaitState, estimate: Estimate) -> Float[Array, "6"]:
+def command(config: GaitConfig, body: Skeleton, gait: StepClock, estimate: Estimate) -> Float[Array, "6"]:
     """All six actuators: hip rate (rad/s), knee angle (rad), ankle torque (N m); left, right."""
     stance, swing = gait.stance, 1 - gait.stance
     thigh, shank = (

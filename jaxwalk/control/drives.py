@@ -16,7 +16,7 @@ from flax import struct
 from jaxtyping import Array, Bool, Float, Int
 
 from jaxwalk.config import GaitConfig, PhysicsConfig, PidConfig
-from jaxwalk.control.step_clock import GaitState
+from jaxwalk.control.step_clock import StepClock
 from jaxwalk.model.mjcf import Layout
 from jaxwalk.model.physics import Plant
 from jaxwalk.model.similarity import Similarity
@@ -150,7 +150,7 @@ def ankle_efforts(
     where: Layout,
     body: Similarity,
     numbers: GaitConfig,
-    gait: GaitState,
+    gait: StepClock,
     foot: Float[Array, ""],
     drives: Drives,
     command: Float[Array, "6"],
@@ -195,7 +195,7 @@ def tick(
     where: Layout,
     body: Similarity,
     numbers: GaitConfig,
-    gait: GaitState,
+    gait: StepClock,
     foot: Float[Array, ""],
     drives: Drives,
     command: Float[Array, "6"],

@@ -48,21 +48,21 @@ def reference_body(setup: Setup) -> anthropometry.Body:
     return anthropometry.build(BodyConfig(table=setup.body.table))
 
 
-def skeleton(setup: Setup, who: Person) -> kinematics.Skeleton:
+def skeleton(setup: Setup, person: Person) -> kinematics.Skeleton:
     """Its lengths, m."""
-    return kinematics.skeleton(reference_body(setup), who.ratio.length)
+    return kinematics.skeleton(reference_body(setup), person.ratio.length)
 
 
-def inertias(setup: Setup, who: Person) -> controllers.Inertias:
+def inertias(setup: Setup, person: Person) -> controllers.Inertias:
     """Its inertias for the toe-off equations; the torso is the paper's box, m h^2 / 3."""
     reference = reference_body(setup)
     return controllers.Inertias(
-        torso=reference.torso.mass * reference.torso.length**2 / 3 * who.ratio.inertia,
-        leg_mass=(reference.thigh.mass + reference.shank.mass + reference.foot.mass) / 2 * who.ratio.mass,
-        damping=setup.physics.ankle_damping * who.ratio.rotational_damping,
+        torso=reference.torso.mass * reference.torso.length**2 / 3 * person.ratio.inertia,
+        leg_mass=(reference.thigh.mass + reference.shank.mass + reference.foot.mass) / 2 * person.ratio.mass,
+        damping=setup.physics.ankle_damping * person.ratio.rotational_damping,
     )
 
 
-def model_of(setup: Setup, who: Person) -> engine.Model:
+def model_of(setup: Setup, person: Person) -> engine.Model:
     """Its body, for ``setup``'s engine."""
-    return engine.model(setup, who.ratio, who.burden)
+    return engine.model(setup, person.ratio, person.burden)

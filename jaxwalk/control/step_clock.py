@@ -22,7 +22,7 @@ class Phase(IntEnum):
     TERMINAL_SWING = 3
 
 
-class GaitState(struct.PyTreeNode):
+class StepClock(struct.PyTreeNode):
     """Where in its step a walker is.
 
     Attributes:
@@ -46,21 +46,21 @@ class GaitState(struct.PyTreeNode):
         return jnp.arange(2) == self.stance
 
 
-def swing_phase(gait: GaitState) -> Int[Array, ""]:
+def swing_phase(gait: StepClock) -> Int[Array, ""]:
     """The `Phase` of the leg that is not in stance."""
     early = gait.elapsed >= gait.toe_off_seconds
     terminal = gait.elapsed >= gait.toe_off_seconds + gait.duration
     return jnp.int32(Phase.TOE_OFF) + early.astype(jnp.int32) + terminal.astype(jnp.int32)
 
 
-def swing_progress(gait: GaitState) -> Float[Array, ""]:
+def swing_progress(gait: StepClock) -> Float[Array, ""]:
     """Share of early swing that is over: negative in toe-off, above 1 in terminal swing."""
     return (gait.elapsed - gait.toe_off_seconds) / gait.duration
 
 
 def pressed(
-    config: GaitConfig, gait: GaitState, torque: Float[Array, ""], seconds: Float[Array, ""]
-) -> GaitState:
+    config: GaitConfig, gait: StepClock, torque: Float[Array, ""], seconds: Float[Array, ""]
+) -> StepClock:
     """The toe-off under way, made stronger and longer where ``torque`` N m and ``seconds`` ask for more.
 
     Eqs 14-22 set both from the speed lost at touch-down. A push from the front during toe-off
@@ -75,18 +75,18 @@ def pressed(
     )
 
 
-def step_length(body: Skeleton, gait: GaitState, estimate: Estimate) -> Float[Array, ""]:
+def step_length(body: Skeleton, gait: StepClock, estimate: Estimate) -> Float[Array, ""]:
     """How far the swing ankle is ahead of the stance ankle, m."""
     x, _ = ankles(body, estimate.joints, estimate.pitch)
     return jnp.sum(jnp.where(gait.is_stance, -x, x))
 
 
-def swing_force(gait: GaitState, estimate: Estimate) -> Float[Array, ""]:
+def swing_force(gait: StepClock, estimate: Estimate) -> Float[Array, ""]:
     """Under the sole of the swing leg, N."""
     return jnp.sum(jnp.where(gait.is_stance, 0.0, estimate.touch))
 
 
-def touched_down(config: GaitConfig, body: Skeleton, gait: GaitState, estimate: Estimate) -> Bool[Array, ""]:
+def touched_down(config: GaitConfig, body: Skeleton, gait: StepClock, estimate: Estimate) -> Bool[Array, ""]:
     """Whether the swing foot has landed ahead: late enough, far enough, with force enough.
 
     One that can step back and moves backward keeps its stance: the foot ahead could not carry it.

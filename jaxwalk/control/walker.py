@@ -11,7 +11,7 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from jaxwalk.control import back_step, controllers, drives, sensors, step_clock
 from jaxwalk.control.person import Person, inertias, reference_body, skeleton
-from jaxwalk.control.step_clock import GaitState
+from jaxwalk.control.step_clock import StepClock
 from jaxwalk.model import anthropometry, burdens, engine, kinematics, physics, pushes
 from jaxwalk.model.engine import Setup
 
@@ -36,7 +36,7 @@ class Walker(struct.PyTreeNode):
     plant: physics.Plant
     sensors: sensors.SensorState
     estimate: sensors.Estimate
-    gait: GaitState
+    gait: StepClock
     push: pushes.Push
     key: PRNGKeyArray
     tick: Int[Array, ""]
@@ -63,18 +63,18 @@ class Event(struct.PyTreeNode):
 
 
 def start(
-    setup: Setup, who: Person, key: PRNGKeyArray, noise: Float[Array, ""], spread: float = 1.0
+    setup: Setup, person: Person, key: PRNGKeyArray, noise: Float[Array, ""], spread: float = 1.0
 ) -> Walker:
     """A walker whose front foot has just landed.
 
     Thighs at about +-asin(0.26), soles level, about 1.1 m/s on the reference body, the
     torso not turning; ``spread`` scales the random differences between starts.
     """
-    bones, where = skeleton(setup, who), physics.layout(setup.body)
+    bones, where = skeleton(setup, person), physics.layout(setup.body)
     key, pose_key, side_key, sensor_key = jax.random.split(key, 4)
     jitter = spread * jax.random.uniform(pose_key, (3,), minval=-1.0, maxval=1.0)
     half = jnp.arcsin(0.26 * (1 + 0.1 * jitter[0]))
-    speed = 1.1 * (1 + 0.1 * jitter[1]) * who.ratio.speed
+    speed = 1.1 * (1 + 0.1 * jitter[1]) * person.ratio.speed
     pitch = 0.05 + 0.05 * jitter[2]
     stance = jax.random.bernoulli(side_key).astype(jnp.int32)
 
@@ -101,9 +101,9 @@ def start(
         joint_rates=rates,
         touch=jnp.zeros(2),
     )
-    numbers = who.gait
-    torque, seconds = _toe_off(setup, who, bones, estimate, 1 - stance)
-    clock = GaitState(
+    numbers = person.gait
+    torque, seconds = _toe_off(setup, person, bones, estimate, 1 - stance)
+    clock = StepClock(
         stance=stance,
         elapsed=zero,
         length=numbers.length_nominal * jnp.ones(()),
@@ -113,7 +113,7 @@ def start(
     )
     walls = jnp.zeros(2) if where.walls else None
     motors = drives.start(where) if setup.physics.drives == "gazebo" else None
-    return Walker(who, plant, state, estimate, clock, pushes.none(), key, jnp.int32(0), walls, motors)
+    return Walker(person, plant, state, estimate, clock, pushes.none(), key, jnp.int32(0), walls, motors)
 
 
 def _total(tree: Any) -> Float[Array, ""]:
@@ -124,18 +124,20 @@ def _total(tree: Any) -> Float[Array, ""]:
 
 def _toe_off(
     setup: Setup,
-    who: Person,
+    person: Person,
     bones: kinematics.Skeleton,
     estimate: sensors.Estimate,
     trailing: Int[Array, ""],
 ) -> tuple[Float[Array, ""], Float[Array, ""]]:
     angle = kinematics.thigh_angles(estimate.joints, estimate.pitch)[trailing]
     knee = estimate.joints[trailing, 1]
-    numbers = who.gait
-    torque = controllers.toe_off_torque(numbers, inertias(setup, who), bones.leg, estimate.speed, angle, knee)
+    numbers = person.gait
+    torque = controllers.toe_off_torque(
+        numbers, inertias(setup, person), bones.leg, estimate.speed, angle, knee
+    )
     if numbers.back_step:  # after one, the leg that would push is ahead, and would push further back
         torque = jnp.where(angle < 0, torque, 0.0)
-    return controllers.push_off(numbers, setup.physics.ankle_limit * who.ratio.torque, torque)
+    return controllers.push_off(numbers, setup.physics.ankle_limit * person.ratio.torque, torque)
 
 
 def landed_length(setup: Setup, walker: Walker) -> Float[Array, ""]:
@@ -158,22 +160,22 @@ def has_fallen(setup: Setup, walker: Walker) -> Bool[Array, ""]:
 
 def drive(setup: Setup, walker: Walker) -> tuple[Walker, Float[Array, "A"], Float[Array, "7 2"]]:
     """The walker with its drives told, and what acts on its plant in the coming tick: control and loads."""
-    who, where = walker.person, physics.layout(setup.body)
-    command = controllers.command(who.gait, skeleton(setup, who), walker.gait, walker.estimate)
+    person, where = walker.person, physics.layout(setup.body)
+    command = controllers.command(person.gait, skeleton(setup, person), walker.gait, walker.estimate)
     push = pushes.met(walker.push, walker.tick, walker.gait.stance)
     loads = pushes.loads(push, walker.tick, walker.plant.qpos[2])
-    if who.burden is not None:
-        torso = reference_body(setup).torso.mass * who.ratio.mass
-        loads = loads.at[0].set(burdens.felt(who.burden, torso, loads[0], walker.plant.qpos[2]))
+    if person.burden is not None:
+        torso = reference_body(setup).torso.mass * person.ratio.mass
+        loads = loads.at[0].set(burdens.felt(person.burden, torso, loads[0], walker.plant.qpos[2]))
     if walker.drives is None:
         return walker, where.control(command), loads
     motors, torques = drives.tick(
         setup.physics,
         where,
-        who.ratio,
-        who.gait,
+        person.ratio,
+        person.gait,
         walker.gait,
-        anthropometry.about_joint(reference_body(setup).foot) * who.ratio.inertia,
+        anthropometry.about_joint(reference_body(setup).foot) * person.ratio.inertia,
         walker.drives,
         command,
         walker.plant,
@@ -203,10 +205,10 @@ def tick(
     plant, readings = engine.move(
         setup, model, walker.person.ratio, walker.person.burden, walker.plant, control, loads
     )
-    return moved(setup, walker, plant, readings, noise(walker, 1)[0] if white is None else white)
+    return advance(setup, walker, plant, readings, noise(walker, 1)[0] if white is None else white)
 
 
-def moved(
+def advance(
     setup: Setup,
     walker: Walker,
     plant: physics.Plant,
@@ -221,8 +223,8 @@ def moved(
     Args:
       white: this tick's row of `noise`.
     """
-    who, numbers = walker.person, walker.person.gait
-    bones = skeleton(setup, who)
+    person, numbers = walker.person, walker.person.gait
+    bones = skeleton(setup, person)
     state, estimate = sensors.measure(setup.sensors, setup.timestep, walker.sensors, readings, white)
 
     clock = walker.gait.replace(elapsed=walker.gait.elapsed + setup.timestep)
@@ -230,7 +232,7 @@ def moved(
     landed = step_clock.touched_down(*where) | back_step.touched_down(*where)
     # At a touch-down the legs swap: the one that was in stance trails and pushes off.
     trailing = jnp.where(landed, clock.stance, 1 - clock.stance)
-    torque, seconds = _toe_off(setup, who, bones, estimate, trailing)
+    torque, seconds = _toe_off(setup, person, bones, estimate, trailing)
     clock = step_clock.pressed(numbers, clock, torque, seconds)
     restarted = clock.replace(
         stance=1 - clock.stance, elapsed=jnp.zeros(()), toe_off=torque, toe_off_seconds=seconds

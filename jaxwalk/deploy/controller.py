@@ -91,7 +91,7 @@ class Controller:
             raise UserError(f"stance {stance!r}: give 0 (left) or 1 (right)")
         speed, numbers = np.float32(said.velocity), self.person.gait
         self._filter = sensors.start(self.policy.manifest, speed)
-        self.estimate = sensors.told(said, self._filter.filtered)
+        self.estimate = sensors.estimate(said, self._filter.filtered)
         posture = self._posture()
         torque, seconds = controllers.toe_off(self.person, posture, self.estimate, 1 - stance)
         length, duration = np.float32(numbers.length_nominal), np.float32(numbers.duration_nominal)

@@ -80,7 +80,7 @@ def step(state: Filter, sensors: Sensors) -> tuple[Filter, Estimate]:
     return Filter(state.gain, state.timestep, history, filtered), told(sensors, filtered)
 
 
-def told(sensors: Sensors, filtered: np.ndarray) -> Estimate:
+def estimate(sensors: Sensors, filtered: np.ndarray) -> Estimate:
     """The instruments' values with [2] filtered velocity and acceleration."""
     return Estimate(
         speed=filtered[0],

@@ -74,8 +74,12 @@ def _look(_: Task, after: Stepper) -> Trace:
 
 
 def _begin(task: Task, config: Config, key: PRNGKeyArray, start: Int[Array, ""], force: Float[Array, ""]):
-    who = (jnp.float32(config.body.height), jnp.float32(config.body.mass), jnp.float32(config.sensors.noise))
-    state = stepper.start(task, config.gait, *who, key)
+    person = (
+        jnp.float32(config.body.height),
+        jnp.float32(config.body.mass),
+        jnp.float32(config.sensors.noise),
+    )
+    state = stepper.start(task, config.gait, *person, key)
     ticks = pushes.whole_ticks(config.pushes.duration, task.setup.timestep)
     push = pushes.none().replace(start=start, ticks=jnp.int32(ticks), force=force)
     return state.replace(walker=state.walker.replace(push=push))

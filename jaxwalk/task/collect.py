@@ -19,7 +19,7 @@ from jaxwalk.config import REFERENCE_HEIGHT, Config, GaitConfig
 from jaxwalk.control import walker
 from jaxwalk.control.person import model_of
 from jaxwalk.task import backend, spawn, stepper
-from jaxwalk.task.stepper import Footsteps, Stepper, Task
+from jaxwalk.task.stepper import Footstep, Stepper, Task
 
 Act = Callable[[Float[Array, "B O"], Key[Array, " B"]], Float[Array, "B 2"]]
 
@@ -32,7 +32,7 @@ class Window(struct.PyTreeNode):
       fell, truncated, broken: [B] episodes that ended, and how.
     """
 
-    footsteps: Footsteps
+    footsteps: Footstep
     fell: Bool[Array, "B"]
     truncated: Bool[Array, "B"]
     broken: Bool[Array, "B"]

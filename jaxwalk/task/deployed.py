@@ -168,5 +168,5 @@ def walk(
 @partial(jax.jit, static_argnums=0)
 def start(config: Config, key: PRNGKeyArray) -> walker.Walker:
     """The walker of ``config`` at its start."""
-    who = Person.of(config.gait, jnp.float32(config.body.height), jnp.float32(config.body.mass))
-    return walker.start(Setup.of(config), who, key, jnp.float32(config.sensors.noise))
+    person = Person.of(config.gait, jnp.float32(config.body.height), jnp.float32(config.body.mass))
+    return walker.start(Setup.of(config), person, key, jnp.float32(config.sensors.noise))

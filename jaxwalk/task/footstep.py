@@ -61,30 +61,30 @@ def observe(
     return jnp.stack([jnp.asarray(_OBSERVABLES[name](setup, state, length), jnp.float32) for name in names])
 
 
-def bounds(who: Person) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
+def bounds(person: Person) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
     """Least and greatest (length m, duration s) of a walker."""
-    low = jnp.stack([jnp.asarray(who.gait.length_min), jnp.asarray(who.gait.duration_min)])
-    high = jnp.stack([jnp.asarray(who.gait.length_max), jnp.asarray(who.gait.duration_max)])
+    low = jnp.stack([jnp.asarray(person.gait.length_min), jnp.asarray(person.gait.duration_min)])
+    high = jnp.stack([jnp.asarray(person.gait.length_max), jnp.asarray(person.gait.duration_max)])
     return low, high
 
 
-def to_command(who: Person, action: Float[Array, "2"]) -> Float[Array, "2"]:
+def to_command(person: Person, action: Float[Array, "2"]) -> Float[Array, "2"]:
     """From an action in [-1, 1] to (length m, duration s)."""
-    low, high = bounds(who)
+    low, high = bounds(person)
     return low + 0.5 * (jnp.clip(action, -1.0, 1.0) + 1.0) * (high - low)
 
 
-def to_action(who: Person, command: Float[Array, "2"]) -> Float[Array, "2"]:
+def to_action(person: Person, command: Float[Array, "2"]) -> Float[Array, "2"]:
     """From (length m, duration s) to an action in [-1, 1]."""
-    low, high = bounds(who)
+    low, high = bounds(person)
     return 2.0 * (command - low) / (high - low) - 1.0
 
 
-def nominal_action(who: Person) -> Float[Array, "2"]:
+def nominal_action(person: Person) -> Float[Array, "2"]:
     """The step before learning: the height-to-stride-length ratio's, as an action."""
-    numbers = who.gait
+    numbers = person.gait
     return to_action(
-        who, jnp.stack([jnp.asarray(numbers.length_nominal), jnp.asarray(numbers.duration_nominal)])
+        person, jnp.stack([jnp.asarray(numbers.length_nominal), jnp.asarray(numbers.duration_nominal)])
     )
 
 

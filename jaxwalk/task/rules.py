@@ -152,8 +152,8 @@ def act(params: tuple[Rule, Person], observation: Float[Array, "O"]) -> Float[Ar
     Args:
       params: the rule, and the reference body's numbers (`reference`), whose bounds actions are shares of.
     """
-    rule, who = params
-    return jnp.clip(footstep.to_action(who, rule.command(observation)), -1.0, 1.0)
+    rule, person = params
+    return jnp.clip(footstep.to_action(person, rule.command(observation)), -1.0, 1.0)
 
 
 def never_adapted(action: Float[Array, "2"], observation: Float[Array, "O"]) -> Float[Array, "2"]:

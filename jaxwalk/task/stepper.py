@@ -45,7 +45,7 @@ class Task:
         return cls(Setup.of(config, engine), config.observation, config.reward, config.ddpg.gamma, ticks)
 
 
-class Footsteps(struct.PyTreeNode):
+class Footstep(struct.PyTreeNode):
     """How a footstep ended; meaningful where ``closed``.
 
     Attributes:
@@ -83,7 +83,7 @@ class Stepper(struct.PyTreeNode):
     observation: Float[Array, "O"]
     action: Float[Array, "2"]
     speed_sum: Float[Array, ""]
-    last: Footsteps
+    last: Footstep
     terminated: Bool[Array, ""]
     truncated: Bool[Array, ""]
     broken: Bool[Array, ""]
@@ -108,12 +108,12 @@ def start(
     burden: Burden | None = None,
 ) -> Stepper:
     """A new walker whose front foot has just landed, so that its first decision is due."""
-    who = Person.of(numbers, height, mass, burden)
-    state = walker.start(task.setup, who, key, noise)
+    person = Person.of(numbers, height, mass, burden)
+    state = walker.start(task.setup, person, key, noise)
     length = walker.landed_length(task.setup, state)
     observation = footstep.observe(task.observation, task.setup, state, length)
     zero, false = jnp.zeros(()), jnp.bool_(False)
-    action = footstep.nominal_action(who)
+    action = footstep.nominal_action(person)
     empty = Transition(
         observation=observation, action=action, reward=zero, discount=zero, next_observation=observation
     )
@@ -124,7 +124,7 @@ def start(
         observation=observation,
         action=action,
         speed_sum=zero,
-        last=Footsteps(false, empty, zero, zero, zero),
+        last=Footstep(false, empty, zero, zero, zero),
         terminated=false,
         truncated=false,
         broken=false,
@@ -159,12 +159,12 @@ def tick(
     servos = setup.engine == "mjx" and setup.physics.drives == "servo"
     if servos and engine.on_gpu(setup):
         return kernels.fused(_tick, task, stepper, white)
-    return moved(task, stepper, *walker.tick(task.setup, model, stepper.walker, white))
+    return advance(task, stepper, *walker.tick(task.setup, model, stepper.walker, white))
 
 
 def _tick(task: Task, stepper: Stepper, white: Float[Array, "18"]) -> Stepper:
     model = model_of(task.setup, stepper.walker.person)
-    return moved(task, stepper, *walker.tick(task.setup, model, stepper.walker, white))
+    return advance(task, stepper, *walker.tick(task.setup, model, stepper.walker, white))
 
 
 def alone(task: Task, stepper: Stepper) -> tuple[Stepper, None]:
@@ -172,14 +172,14 @@ def alone(task: Task, stepper: Stepper) -> tuple[Stepper, None]:
     return _tick(task, stepper, walker.noise(stepper.walker, 1)[0]), None
 
 
-def moved(task: Task, stepper: Stepper, state: Walker, event: walker.Event) -> Stepper:
+def advance(task: Task, stepper: Stepper, state: Walker, event: walker.Event) -> Stepper:
     """What becomes of ``stepper`` whose walker a tick has made ``state``; see `tick`."""
     seconds = jnp.maximum(event.step_seconds, task.setup.timestep)
     speed_sum = stepper.speed_sum + state.estimate.speed
     speed = speed_sum * task.setup.timestep / seconds
     observation = footstep.observe(task.observation, task.setup, state, event.step_length)
     earned = footstep.reward(task.reward, task.setup, state, speed, event.step_length, event.fell)
-    closed = Footsteps(
+    closed = Footstep(
         closed=jnp.bool_(True),
         transition=Transition(
             observation=stepper.observation,

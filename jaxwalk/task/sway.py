@@ -84,7 +84,7 @@ class Swayed:
     force_largest: float
 
 
-def told(sway: Sway, seconds: Array | np.ndarray, height: float) -> Swayed:
+def report(sway: Sway, seconds: Array | np.ndarray, height: float) -> Swayed:
     """[N] trials of walkers ``height`` m tall, ``seconds`` of each of which were counted."""
     some = seconds > 0
     if not some.any():

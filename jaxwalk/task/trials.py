@@ -113,8 +113,8 @@ class Trial(struct.PyTreeNode):
 
 def begin(task: Task, numbers: GaitConfig, scenario: Scenario) -> Trial:
     """A trial at its start; the push waits for its step."""
-    who = (scenario.height, scenario.mass, scenario.noise)
-    state = stepper.start(task, numbers, *who, scenario.key, scenario.burden)
+    person = (scenario.height, scenario.mass, scenario.noise)
+    state = stepper.start(task, numbers, *person, scenario.key, scenario.burden)
     push = pushes.none().replace(
         ticks=scenario.push_ticks,
         force=scenario.impulse / (scenario.push_ticks * task.setup.timestep),

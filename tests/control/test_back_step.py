@@ -9,7 +9,7 @@ import pytest
 from jaxwalk.config import BodyConfig, Config, GaitConfig
 from jaxwalk.control import back_step, controllers, sensors, walker
 from jaxwalk.control.person import Person
-from jaxwalk.control.step_clock import GaitState
+from jaxwalk.control.step_clock import StepClock
 from jaxwalk.model import anthropometry, kinematics
 from jaxwalk.model.engine import Setup
 from jaxwalk.task import footstep, scenarios
@@ -31,7 +31,7 @@ def f(value):
 
 def clock(elapsed=0.3, stance=0):
     """0.04 s of toe-off, then 0.1 s of early swing."""
-    return GaitState(jnp.int32(stance), f(elapsed), f(0.6), f(0.1), f(60), f(0.04))
+    return StepClock(jnp.int32(stance), f(elapsed), f(0.6), f(0.1), f(60), f(0.04))
 
 
 def estimate(speed, hips, touch=(700.0, 0.0), pitch=0.0, stance=0):

@@ -10,7 +10,7 @@ import pytest
 
 from jaxwalk.config import BodyConfig, GaitConfig
 from jaxwalk.control import controllers, scaling, sensors
-from jaxwalk.control.step_clock import GaitState
+from jaxwalk.control.step_clock import StepClock
 from jaxwalk.model import anthropometry, kinematics
 from jaxwalk.model.similarity import Similarity
 
@@ -158,7 +158,7 @@ RATES = np.array([[-1.0, 0.2, 1.0], [3.0, -2.0, 0.5]], np.float32)
 
 
 def told(elapsed, stance=0, joints=JOINTS, rates=RATES, speed=1.0, pitch_rate=0.4):
-    clock = GaitState(
+    clock = StepClock(
         stance=jnp.int32(stance), elapsed=f(elapsed), length=f(0.8), duration=f(0.2), toe_off=f(90.0),
         toe_off_seconds=f(0.05),
     )  # fmt: skip
@@ -230,7 +230,7 @@ def test_similar_bodies_are_told_similar_things(form):
         )
         torque = controllers.toe_off_torque(own, inertias, bones.leg, 0.9 * ratio.speed, f(0.3), f(0.1))
         torque, seconds = controllers.push_off(own, 60.0 * ratio.torque, torque)
-        clock = GaitState(
+        clock = StepClock(
             stance=jnp.int32(0), elapsed=elapsed * ratio.time, length=0.8 * ratio.length,
             duration=0.2 * ratio.time, toe_off=torque, toe_off_seconds=seconds,
         )  # fmt: skip
@@ -249,7 +249,7 @@ def test_similar_bodies_are_told_similar_things(form):
 
 def test_commands_are_the_same_in_a_batch():
     elapsed = jnp.array([0.02, 0.10, 0.18, 0.30])
-    clock = jax.vmap(lambda t: GaitState(jnp.int32(0), t, f(0.8), f(0.2), f(90.0), f(0.05)))(elapsed)
+    clock = jax.vmap(lambda t: StepClock(jnp.int32(0), t, f(0.8), f(0.2), f(90.0), f(0.05)))(elapsed)
     seen = sensors.Estimate(
         speed=f(1.0), acceleration=f(0.0), pitch=f(0.03), pitch_rate=f(0.4), joints=jnp.asarray(JOINTS),
         joint_rates=jnp.asarray(RATES), touch=jnp.array([700.0, 0.0]),

@@ -114,7 +114,7 @@ def test_with_servos_the_program_is_what_it_was():
         push = walker.pushes.met(state.push, state.tick, state.gait.stance)
         loads = walker.pushes.loads(push, state.tick, state.plant.qpos[2])
         moved = physics.step(setup.body, setup.physics, model, state.plant, told, loads)
-        return walker.moved(setup, state, *moved, walker.noise(state, 1)[0])
+        return walker.advance(setup, state, *moved, walker.noise(state, 1)[0])
 
     def traced(tick):
         # Addresses of the functions that a program calls are not the program.

@@ -9,7 +9,7 @@ import pytest
 
 from jaxwalk.config import BodyConfig, GaitConfig, PhysicsConfig
 from jaxwalk.control import scaling, sensors, step_clock
-from jaxwalk.control.step_clock import GaitState, Phase
+from jaxwalk.control.step_clock import Phase, StepClock
 from jaxwalk.model import anthropometry, kinematics, physics
 from jaxwalk.model.similarity import Similarity
 
@@ -19,7 +19,7 @@ SKELETON = kinematics.skeleton(anthropometry.build(BodyConfig()), jnp.float32(1)
 
 def clock(elapsed, stance=0):
     """0.04 s of toe-off, then 0.2 s of early swing."""
-    return GaitState(
+    return StepClock(
         stance=jnp.int32(stance),
         elapsed=jnp.float32(elapsed),
         length=jnp.float32(0.8),

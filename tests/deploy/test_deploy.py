@@ -83,8 +83,8 @@ def _replayed(task, numbers, params, body, start, readings):
         state = stepper.select(index % task.setup.window_ticks == 0, answered, state)
         body = state.walker
         command = controllers.command(body.person.gait, bones, body.gait, body.estimate)
-        moved = walker.moved(task.setup, body, body.plant, sensed, jnp.zeros(18))
-        after = stepper.moved(task, state, *moved)
+        moved = walker.advance(task.setup, body, body.plant, sensed, jnp.zeros(18))
+        after = stepper.advance(task, state, *moved)
         return after, (command, after.asked & ~state.asked, after.observation)
 
     return jax.lax.scan(tick, state, (jnp.arange(readings.touch.shape[0]), readings))[1]

@@ -90,7 +90,7 @@ def test_its_play_is_the_gap(walked):
     gap, seconds = 0.01 / 1.8 * HEIGHT, np.full(ROWS, (TICKS - SETTLED) * DT)
     # It leans on its walls, whose last 2 mm give way.
     assert (counted.play > gap - 0.002).all() and (counted.play < gap).all()
-    told = sway.told(jax.tree.map(lambda x: x[:8], counted), seconds[:8], 1.8)
+    told = sway.report(jax.tree.map(lambda x: x[:8], counted), seconds[:8], 1.8)
     assert told.gap == pytest.approx(0.01) and told.play == counted.play[:8].max()
     # Hip and shoulder, 0.5184 m apart, each have the gap on either side. The hip's ends, 0.081 m from its
     # middle, reach it at 0.143 rad, the trunk being narrower by then.

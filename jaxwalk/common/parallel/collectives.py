@@ -29,7 +29,7 @@ def first() -> bool:
     return jax.process_index() == 0
 
 
-def meet() -> None:
+def barrier() -> None:
     """Wait until all processes have come so far. Messages between CPUs (Gloo) give up after half a minute."""
     if count() > 1:
         from orbax.checkpoint import multihost  # slow to import
@@ -37,7 +37,7 @@ def meet() -> None:
         multihost.get_barrier_sync_fn()(key=f"jaxwalk.{next(_turns)}", timeout_ms=_PATIENCE_MS)
 
 
-def told(say: Callable[[], str]) -> str:
+def broadcast(say: Callable[[], str]) -> str:
     """What ``say`` gives in the first process, in all of them.
 
     Raises:
@@ -56,7 +56,7 @@ def told(say: Callable[[], str]) -> str:
     data = np.zeros(_LONGEST, np.uint8)
     raw = text.encode()[: _LONGEST - 1]
     data[0], data[1 : 1 + len(raw)] = failed, np.frombuffer(raw, np.uint8)
-    meet()
+    barrier()
     data = np.asarray(multihost_utils.broadcast_one_to_all(data))
     text = data[1:].tobytes().rstrip(b"\0").decode(errors="replace")
     if data[0]:
@@ -64,7 +64,7 @@ def told(say: Callable[[], str]) -> str:
     return text
 
 
-def any_of(*wishes: bool) -> tuple[bool, ...]:
+def any_process(*wishes: bool) -> tuple[bool, ...]:
     """Each wish, whether any process has it."""
     if count() == 1:
         return wishes
@@ -86,7 +86,7 @@ def gather(tree: Any) -> Any:
     leaves, structure = jax.tree.flatten(jax.tree.map(np.asarray, tree))
     flat = [np.ascontiguousarray(x).reshape(len(x), -1).view(np.uint8) for x in leaves]
     ends = np.cumsum([x.shape[1] for x in flat])[:-1]
-    meet()
+    barrier()
     # One message: each costs the compilation of a program.
     everything = np.asarray(multihost_utils.process_allgather(np.concatenate(flat, axis=1), tiled=True))
     parts = [

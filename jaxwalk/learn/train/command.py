@@ -34,7 +34,7 @@ def _train(args: TrainArgs, typed: str) -> None:
     from jaxwalk.model.engine import VARIABLE
     from jaxwalk.task import backend
 
-    if args.distributed and collectives.any_of(backend.problem() is not None)[0]:
+    if args.distributed and collectives.any_process(backend.problem() is not None)[0]:
         os.environ[VARIABLE] = "off"  # where one process has no native code, none uses it
     if args.resume is None and collectives.first():
         named = any(word.partition("=")[0] == "--preset" for word in shlex.split(typed))

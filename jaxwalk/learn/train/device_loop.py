@@ -90,7 +90,7 @@ def rings(config: Config) -> int:
 def init(config: Config, mesh: Mesh, seed: int) -> TrainState:
     """A run at its start, laid out over the mesh, whose devices must divide `rings`."""
     program = _initial(config, mesh)
-    collectives.meet()  # compiled, or one that has to would keep the others waiting amid the program
+    collectives.barrier()  # compiled, or one that has to would keep the others waiting amid the program
     return program(np.uint32(seed))
 
 
@@ -135,8 +135,8 @@ def _build(config: Config) -> Callable[[Any], TrainState]:
 
 def _initial_action(config: Config) -> tuple[float, ...]:
     with jax.ensure_compile_time_eval():
-        who = Person.of(config.gait, jnp.float32(config.body.height), jnp.float32(config.body.mass))
-        return tuple(float(x) for x in footstep.nominal_action(who))
+        person = Person.of(config.gait, jnp.float32(config.body.height), jnp.float32(config.body.mass))
+        return tuple(float(x) for x in footstep.nominal_action(person))
 
 
 def make(config: Config, mesh: Mesh, remembers: bool = True, learns: bool = True):

@@ -80,7 +80,7 @@ def _train(
     where = f"devices ({jax.devices()[0].platform}): {lanes.mesh(len(folders)).size}"
     print(f"run folder {parent}, seeds {', '.join(map(str, folders))}, {where}", flush=True)
     with contextlib.ExitStack() as stack:
-        stack.enter_context(out_of_resources.told(config, parent))
+        stack.enter_context(out_of_resources.explained(config, parent))
         progress = stack.enter_context(Progress(len(folders) * config.train.footsteps))
         stop = stack.enter_context(Stop())
         trainings = []

@@ -13,7 +13,7 @@ from jaxwalk.config import Config
 
 
 @contextlib.contextmanager
-def told(config: Config, path: Path) -> Iterator[None]:
+def explained(config: Config, path: Path) -> Iterator[None]:
     """
     Raises:
       UserError: the disk of the run in ``path``, or the memory, is full.

@@ -88,7 +88,7 @@ def _open(begin: Callable[[], RunFolder]) -> tuple[RunFolder, str]:
         return f"{run_folder.identity(mine[0].path)} {mine[0].path}"
 
     # Told rather than read: a shared file system may be slow to show the others what was just made.
-    identity, _, path = collectives.told(say).partition(" ")
+    identity, _, path = collectives.broadcast(say).partition(" ")
     return (mine[0] if mine else RunFolder(Path(path), writes=False)), identity
 
 
@@ -123,7 +123,7 @@ def _train(
             flush=True,
         )
     with (
-        out_of_resources.told(config, folder.path),
+        out_of_resources.explained(config, folder.path),
         Progress(config.train.footsteps, folder.writes) as progress,
         Stop() as stop,
         contextlib.closing(

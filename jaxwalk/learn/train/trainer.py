@@ -112,7 +112,7 @@ class Training:
         if self.config.train.checkpoint_seconds <= 0 or self.store is None:
             return
         due = time.perf_counter() - self.saved >= self.config.train.checkpoint_seconds
-        busy, due = collectives.any_of(self.store.busy(), due)
+        busy, due = collectives.any_process(self.store.busy(), due)
         if due and not busy:
             # The first is waited for: without it, a kill in the first report would leave nothing.
             self.save(wait=self.saved == float("-inf"))
@@ -124,7 +124,7 @@ class Training:
         total = self.config.train.footsteps
         if collectives.count() > 1:  # as in `device_loop.init`
             self.advance = self.advance.lower(self.state).compile()
-            collectives.meet()
+            collectives.barrier()
         while True:
             footsteps = int(self.state.footsteps)
             if self.evaluation_due(footsteps) and not (self.rows and self._stop_wanted()):
@@ -146,7 +146,7 @@ class Training:
 
     def _stop_wanted(self) -> bool:
         """Whether any of the processes was told to stop: so all do."""
-        return collectives.any_of(self.stop.wanted)[0]
+        return collectives.any_process(self.stop.wanted)[0]
 
     def evaluation_due(self, footsteps: int) -> bool:
         """Whether one of the evaluations, the first at 0, has come due since the latest."""

@@ -86,21 +86,23 @@ def body_ticks(task: Task, count: int, body: Walker) -> Walker:
     return _windows(task, _body_tick, count, body)
 
 
-def _plant_tick(task: Task, who: Person, plant: Plant, command: Float[Array, "6"]) -> Plant:
-    return _moved(task, who, plant, command)[0]
+def _plant_tick(task: Task, person: Person, plant: Plant, command: Float[Array, "6"]) -> Plant:
+    return _moved(task, person, plant, command)[0]
 
 
-def _sensed_tick(task: Task, who: Person, state: Sensed, command: Float[Array, "6"]) -> Sensed:
-    plant, readings = _moved(task, who, state.plant, command)
+def _sensed_tick(task: Task, person: Person, state: Sensed, command: Float[Array, "6"]) -> Sensed:
+    plant, readings = _moved(task, person, state.plant, command)
     setup = task.setup
     measured = sensors.measure(setup.sensors, setup.timestep, state.sensors, readings, jnp.zeros(18))
     return Sensed(plant, *measured)
 
 
-def _moved(task: Task, who: Person, plant: Plant, command: Float[Array, "6"]) -> tuple[Plant, Readings]:
+def _moved(task: Task, person: Person, plant: Plant, command: Float[Array, "6"]) -> tuple[Plant, Readings]:
     setup = task.setup
     control = physics.layout(setup.body).control(command)
-    return engine.move(setup, model_of(setup, who), who.ratio, who.burden, plant, control, jnp.zeros((7, 2)))
+    return engine.move(
+        setup, model_of(setup, person), person.ratio, person.burden, plant, control, jnp.zeros((7, 2))
+    )
 
 
 def _controlled_tick(task: Task, body: Walker) -> tuple[Walker, None]:
@@ -108,7 +110,7 @@ def _controlled_tick(task: Task, body: Walker) -> tuple[Walker, None]:
     bones = skeleton(setup, body.person)
     command = controllers.command(body.person.gait, bones, body.gait, body.estimate)
     moved = _moved(task, body.person, body.plant, command)
-    return walker.moved(setup, body, *moved, jnp.zeros(18))[0], None
+    return walker.advance(setup, body, *moved, jnp.zeros(18))[0], None
 
 
 def _body_tick(task: Task, body: Walker) -> tuple[Walker, None]:
@@ -129,7 +131,7 @@ def _windows(task: Task, tick: Callable[..., Any], count: int, body: Walker) -> 
 
 
 def _replayed(
-    task: Task, tick: Callable[..., Any], state: Any, who: Person, commands: Float[Array, "T 6"]
+    task: Task, tick: Callable[..., Any], state: Any, person: Person, commands: Float[Array, "T 6"]
 ) -> Any:
     """Ticks of one walker that follows ``commands``, window by window.
 
@@ -140,11 +142,18 @@ def _replayed(
 
     def window(state: Any, commands: Float[Array, "W 6"]) -> tuple[Any, None]:
         def by_xla() -> tuple[Any, None]:
-            walked, _ = jax.lax.scan(lambda one, it: (tick(task, who, one, it), None), state, commands)
+            walked, _ = jax.lax.scan(lambda one, it: (tick(task, person, one, it), None), state, commands)
             return (walked, jnp.int32(ticks)), None
 
         told = backend.scan(
-            task.setup, _follow, (tick, task), ticks, (state, jnp.int32(0)), who, commands, otherwise=by_xla
+            task.setup,
+            _follow,
+            (tick, task),
+            ticks,
+            (state, jnp.int32(0)),
+            person,
+            commands,
+            otherwise=by_xla,
         )
         return told[0][0], None
 
@@ -154,12 +163,12 @@ def _replayed(
 def _follow(
     setting: tuple[Callable[..., Any], Task],
     state: tuple[Any, Int[Array, ""]],
-    who: Person,
+    person: Person,
     commands: Float[Array, "W 6"],
 ) -> tuple[Any, None]:
     """One tick, by the next of the window's commands."""
     (tick, task), (now, at) = setting, state
-    return (tick(task, who, now, jax.lax.dynamic_index_in_dim(commands, at, keepdims=False)), at + 1), None
+    return (tick(task, person, now, jax.lax.dynamic_index_in_dim(commands, at, keepdims=False)), at + 1), None
 
 
 def nominal_windows(

@@ -131,7 +131,7 @@ def evaluate(
         }
     if walked.tally.sway is not None:
         result["walls"] = {
-            what: asdict(sway.told(trial.tally.sway, trial.tally.seconds, subject.config.body.height))
+            what: asdict(sway.report(trial.tally.sway, trial.tally.seconds, subject.config.body.height))
             for what, trial in zip(("walking", "pushes"), trials, strict=False)
             if trial.tally.sway is not None
         }

@@ -53,7 +53,7 @@ def tick(task: Task, model: mjx.Model, state: Stepper) -> tuple[Stepper, Ticks]:
     made_with, data = physics.advance(setup.body, setup.physics, model, body.plant, control, push)
     white = walker.noise(body, 1)[0]
     plant, readings = physics.outcome(setup.body, data)
-    after = stepper.moved(task, state, *walker.moved(setup, body, plant, readings, white))
+    after = stepper.advance(task, state, *walker.advance(setup, body, plant, readings, white))
 
     bones = skeleton(setup, body.person)
     where = physics.layout(setup.body)

@@ -48,8 +48,8 @@ def measure(lab: Lab, model: BodyModel) -> Numbers:
         FROZEN: (subject, changed(gait, **constant)),
     }
     rows = {}
-    for name, (who, numbers) in cases.items():
-        exam = lab.exam(who, model, numbers, name)
+    for name, (person, numbers) in cases.items():
+        exam = lab.exam(person, model, numbers, name)
         rows[name] = {key: exam[key] for key in ("calm", "pushed", "speed")}
     return {"torque": torque, "rows": rows}
 

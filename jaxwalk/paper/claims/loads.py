@@ -40,9 +40,9 @@ def measure(lab: Lab, model: BodyModel) -> Numbers:
         # People of one shape weigh with the cube of their stature.
         mass = body.mass * (height / body.height) ** 3
         config = dataclasses.replace(subject.config, body=dataclasses.replace(body, height=height, mass=mass))
-        who = dataclasses.replace(subject, config=config)
+        person = dataclasses.replace(subject, config=config)
         none = np.zeros(each)
-        batches.append(lab.scenarios(who, none, none, scenarios.CALM, burden=burden))
+        batches.append(lab.scenarios(person, none, none, scenarios.CALM, burden=burden))
     together = jax.tree.map(lambda *x: jnp.concatenate(x), *batches)
     trials = lab.trial(subject, together, SECONDS[lab.quick], what="loads")
     up = outlived(trials)

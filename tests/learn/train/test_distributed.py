@@ -80,23 +80,24 @@ def alike(one: Path, other: Path) -> None:
 _SETTLE = """
 import sys
 import numpy as np
-from jaxwalk import distributed, runtime, together
+from jaxwalk.common import runtime
 from jaxwalk.common.errors import UserError
+from jaxwalk.common.parallel import collectives, launch
 runtime.setup()
 which = int(sys.argv[2])
-with distributed.joined(distributed.Place(sys.argv[1], 2, which), "go on"):
-    assert together.told(lambda: f"from {which}") == "from 0"
-    assert together.any_of(which == 1, which == 2) == (True, False)
-    mine = together.share(5)
+with launch.joined(launch.Place(sys.argv[1], 2, which), "go on"):
+    assert collectives.broadcast(lambda: f"from {which}") == "from 0"
+    assert collectives.any_process(which == 1, which == 2) == (True, False)
+    mine = collectives.share(5)
     rows = {"x": np.float32(mine) / 7, "up": mine % 2 == 0, "o": np.stack([mine, -mine], axis=1)}
-    got = together.gather(rows)
+    got = collectives.gather(rows)
     every = np.arange(6) % 5
     assert got["x"].tobytes() == (np.float32(every) / 7).tobytes()
     assert got["up"].tolist() == (every % 2 == 0).tolist()
     assert got["o"].tolist() == np.stack([every, -every], axis=1).tolist()
     def wrong():
         raise UserError("nothing here")
-    together.told(wrong)
+    collectives.broadcast(wrong)
 """
 
 

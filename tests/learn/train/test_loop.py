@@ -18,15 +18,15 @@ PARAMETERS = 1e-4  # after a few updates
 _PROGRAM = f"""
 import sys
 sys.path.insert(0, {str(Path(__file__).parent)!r})
-from jaxwalk import runtime
+from jaxwalk.common import runtime
 runtime.setup()
 import numpy as np
 import small
-from jaxwalk import devices
-from jaxwalk.learn.train import checkpoint, loop
-mesh = devices.mesh(loop.rings(small.CONFIG))
+from jaxwalk.common.parallel import devices
+from jaxwalk.learn.train import checkpoint, device_loop
+mesh = devices.mesh(device_loop.rings(small.CONFIG))
 assert mesh.size == int(sys.argv[1])
-state, advance = loop.init(small.CONFIG, mesh, small.SEED), loop.make(small.CONFIG, mesh)
+state, advance = device_loop.init(small.CONFIG, mesh, small.SEED), device_loop.make(small.CONFIG, mesh)
 start = checkpoint.pack(state)
 for _ in range({REPORTS}):
     state = advance(state)

@@ -116,10 +116,13 @@ def test_one_device_or_two_make_the_same_map(whole, tmp_path):
     other = 1 if jax.device_count() > 1 else 2
     program = f"""
 import sys
-from jaxwalk import cli, devices, evaluate, stepping
+from jaxwalk import cli
+from jaxwalk.common.parallel import devices
+from jaxwalk.measure.evaluate import evaluation
+from jaxwalk.task import backend
 from jaxwalk.measure.push_map import run
-devices.BLOCK = stepping.BLOCK = {backend.BLOCK}
-run.CALM, run.CALM_SECONDS, evaluate.AFTER_PUSH = {run.CALM}, {run.CALM_SECONDS}, {evaluation.AFTER_PUSH}
+devices.BLOCK = backend.BLOCK = {backend.BLOCK}
+run.CALM, run.CALM_SECONDS, evaluation.AFTER_PUSH = {run.CALM}, {run.CALM_SECONDS}, {evaluation.AFTER_PUSH}
 sys.exit(cli.main(["push-map", "fixed", "--out", {str(tmp_path)!r}, *{OPTIONS!r}, "--chunk", "12"]))
 """
     flags = [f for f in os.environ.get("XLA_FLAGS", "").split() if "host_platform_device_count" not in f]
