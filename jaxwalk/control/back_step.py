@@ -14,9 +14,10 @@ from jaxtyping import Array, Bool, Float
 from jaxwalk.config import GRAVITY, GaitConfig
 from jaxwalk.control.sensors import Estimate
 from jaxwalk.control.step_clock import Phase, StepClock, step_length, swing_force, swing_phase
+from jaxwalk.model import anthropometry
 from jaxwalk.model.kinematics import Skeleton, ankles
 
-TORSO_SHARE = 0.678  # of the body's mass, Winter: how far the torso's lean moves the whole
+TORSO_SHARE = anthropometry.WINTER["torso"][0]  # of the body's mass: how far its lean moves the whole
 
 
 def capture_point(body: Skeleton, estimate: Estimate) -> Float[Array, ""]:

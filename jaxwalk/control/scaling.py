@@ -11,11 +11,11 @@ from jaxwalk.config import GaitConfig
 from jaxwalk.model.similarity import Similarity
 
 # The controllers' numbers may be traced (one set for each walker of a batch): tuning needs that.
-_META = ("toe_off_form", "toe_off_latched", "back_step")
+SWITCHES = ("toe_off_form", "toe_off_latched", "back_step")
 jax.tree_util.register_dataclass(
     GaitConfig,
-    data_fields=[f.name for f in dataclasses.fields(GaitConfig) if f.name not in _META],
-    meta_fields=list(_META),
+    data_fields=[f.name for f in dataclasses.fields(GaitConfig) if f.name not in SWITCHES],
+    meta_fields=list(SWITCHES),
 )
 
 # How the reference body's numbers scale; what is not named is a pure number or an angle.

@@ -159,11 +159,12 @@ def has_fallen(setup: Setup, walker: Walker) -> Bool[Array, ""]:
 
 
 def drive(setup: Setup, walker: Walker) -> tuple[Walker, Float[Array, "A"], Float[Array, "7 2"]]:
-    """The walker with its drives told, and what acts on its plant in the coming tick: control and loads."""
+    """The walker with its drives and the push it meets told, and what acts on its plant in the coming tick:
+    control and loads."""
     person, where = walker.person, physics.layout(setup.body)
     command = controllers.command(person.gait, skeleton(setup, person), walker.gait, walker.estimate)
-    push = pushes.met(walker.push, walker.tick, walker.gait.stance)
-    loads = pushes.loads(push, walker.tick, walker.plant.qpos[2])
+    walker = walker.replace(push=pushes.met(walker.push, walker.tick, walker.gait.stance))
+    loads = pushes.loads(walker.push, walker.tick, walker.plant.qpos[2])
     if person.burden is not None:
         torso = reference_body(setup).torso.mass * person.ratio.mass
         loads = loads.at[0].set(burdens.felt(person.burden, torso, loads[0], walker.plant.qpos[2]))
@@ -243,7 +244,6 @@ def advance(
         sensors=state,
         estimate=estimate,
         gait=jax.tree.map(lambda new, old: jnp.where(landed, new, old), restarted, clock),
-        push=pushes.met(walker.push, walker.tick, walker.gait.stance),
         tick=walker.tick + 1,
         walls=readings.walls,
     )

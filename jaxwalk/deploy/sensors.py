@@ -77,7 +77,7 @@ def step(state: Filter, sensors: Sensors) -> tuple[Filter, Estimate]:
     history = np.concatenate([state.history[1:], measured])
     prior = np.array([state.filtered[0] + state.timestep * state.filtered[1], state.filtered[1]])
     filtered = prior + state.gain @ (history.mean(axis=0) - prior)
-    return Filter(state.gain, state.timestep, history, filtered), told(sensors, filtered)
+    return Filter(state.gain, state.timestep, history, filtered), estimate(sensors, filtered)
 
 
 def estimate(sensors: Sensors, filtered: np.ndarray) -> Estimate:

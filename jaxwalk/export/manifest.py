@@ -24,7 +24,6 @@ from jaxwalk.model import anthropometry, kinematics
 from jaxwalk.model.engine import Setup
 from jaxwalk.model.similarity import Similarity
 
-SWITCHES = ("toe_off_form", "toe_off_latched", "back_step")
 """Fields of `GaitConfig` that are no numbers."""
 
 OBSERVATION_UNITS = {
@@ -94,7 +93,7 @@ def build(trained: policy.Policy, config: Config) -> dict[str, Any]:
         "timestep": config.physics.timestep,
         "gravity": GRAVITY,
         "sensors": {"mean_window": config.sensors.mean_window, "kalman_gain": gain.tolist()},
-        "switches": {name: getattr(config.gait, name) for name in SWITCHES},
+        "switches": {name: getattr(config.gait, name) for name in scaling.SWITCHES},
         "numbers": {name: number | {"unit": UNITS[name]} for name, number in _numbers(config)},
         "sensor_inputs": [{"name": name, "unit": unit} for name, unit in SENSORS],
         "commands": [{"name": name, "unit": unit} for name, unit in COMMANDS],
@@ -106,7 +105,7 @@ def text(manifest: dict[str, Any]) -> str:
 
 
 def _numbers(config: Config) -> Iterator[tuple[str, dict[str, float]]]:
-    names = [f.name for f in dataclasses.fields(config.gait) if f.name not in SWITCHES]
+    names = [f.name for f in dataclasses.fields(config.gait) if f.name not in scaling.SWITCHES]
     # Numbers of 1 in their place, since what is 0 would not tell how it scales.
     ones = dataclasses.replace(config.gait, **dict.fromkeys(names, 1.0))
     for name in names:

@@ -12,7 +12,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
 
 from jaxwalk.config import BodyModel, GaitConfig
@@ -28,7 +27,7 @@ from jaxwalk.paper import trace, trainings
 from jaxwalk.paper.verdict import Interval, mean_of, share
 from jaxwalk.task import scenarios
 from jaxwalk.task.scenarios import Scenario
-from jaxwalk.task.trials import BINS, Profile, Trial
+from jaxwalk.task.trials import Profile, Trial, survived
 
 BATCH = 64
 EXAM_SECONDS = 9.0  # the push comes in the sixth footstep, after some 3 s
@@ -115,7 +114,7 @@ class Lab:
         """
         runner = self._programs.of(subject)
         numbers = subject.config.gait if numbers is None else numbers
-        profile = Profile(jnp.zeros(BINS), jnp.float32(0.6)) if profile is None else profile
+        profile = Profile.blank() if profile is None else profile
         return runner.run(subject.params, numbers, profile, scenario, seconds, partial(self.tell, what))
 
     def scenarios(
@@ -149,7 +148,7 @@ class Lab:
     def pushed(self, subject: Subject, scenario: Scenario, profile: Profile | None) -> dict[str, np.ndarray]:
         """[N] of each push: whether the walker is up long after, and after how many s it was steady again."""
         trials = self.trial(subject, scenario, BEFORE_PUSH + AFTER_PUSH, profile, what="pushes")
-        return {"up": outlived(trials), "recovery": np.asarray(trials.tally.recovery)}
+        return {"up": survived(trials), "recovery": np.asarray(trials.tally.recovery)}
 
     def exam(
         self,
@@ -172,7 +171,7 @@ class Lab:
             subject, self.scenarios(subject, impulse, phase, scenarios.ASSESS), EXAM_SECONDS,
             numbers=numbers, what=what,
         )  # fmt: skip
-        up, unpushed = outlived(trials), impulse == 0
+        up, unpushed = survived(trials), impulse == 0
         speeds = speeds_of(trials, unpushed)
         return {
             "calm": share(up[unpushed]),
@@ -208,16 +207,10 @@ class Lab:
         return self._traces[key]
 
 
-def outlived(trials: Trial) -> np.ndarray:
-    """[N] whether each is up at the end, and met the push that was meant for it."""
-    met = np.isclose(trials.tally.impulse, trials.scenario.impulse, rtol=1e-3)
-    return ~np.asarray(trials.state.terminated) & met
-
-
 def speeds_of(trials: Trial, which: np.ndarray | slice) -> np.ndarray:
     """Mean speed of each walker among ``which`` that stayed up, m/s."""
     seconds, distance = (np.asarray(x)[which] for x in (trials.tally.seconds, trials.tally.distance))
-    walked = outlived(trials)[which] & (seconds > 1.0)
+    walked = survived(trials)[which] & (seconds > 1.0)
     return distance[walked] / seconds[walked]
 
 

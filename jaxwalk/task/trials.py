@@ -50,6 +50,11 @@ class Profile(struct.PyTreeNode):
     speed: Float[Array, "BINS"]
     seconds: Float[Array, ""]
 
+    @classmethod
+    def blank(cls) -> Profile:
+        """Where recovery is not asked for, or not known yet."""
+        return cls(jnp.zeros(BINS), jnp.float32(0.6))
+
 
 class Tally(struct.PyTreeNode):
     """What is counted, per trial; sums run from `SETTLE_SECONDS` on.
@@ -109,6 +114,12 @@ class Trial(struct.PyTreeNode):
     earned: Float[Array, ""]
     weight: Float[Array, ""]
     first: Float[Array, "O"]
+
+
+def survived(trials: Trial) -> np.ndarray:
+    """[N] of trials on the host: whether each is up at the end, and met the push that was meant for it."""
+    met = np.isclose(trials.tally.impulse, trials.scenario.impulse, rtol=1e-3)
+    return ~np.asarray(trials.state.terminated) & met
 
 
 def begin(task: Task, numbers: GaitConfig, scenario: Scenario) -> Trial:

@@ -13,8 +13,9 @@ from jaxwalk import cli, deploy
 from jaxwalk.common import resources
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import GaitConfig
+from jaxwalk.control import scaling
 from jaxwalk.deploy.file import MANIFEST
-from jaxwalk.export import command, manifest, selftest, stablehlo
+from jaxwalk.export import command, selftest, stablehlo
 from jaxwalk.learn.policies import policy
 
 FORMATS = ("safetensors", "npz", "onnx", "stablehlo", "c")
@@ -66,7 +67,7 @@ def test_numbers_scale_as_dynamic_similarity_says(exported):
     assert powers["swing_knee"] == (0, 0) and powers["ankle_damping"] == (1.5, 1)
     assert set(GaitConfig.__dataclass_fields__) == (
         set(numbers) & set(GaitConfig.__dataclass_fields__)
-    ) | set(manifest.SWITCHES)
+    ) | set(scaling.SWITCHES)
 
 
 def test_the_safetensors_export_is_a_policy_file_too(exported):

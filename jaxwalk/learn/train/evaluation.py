@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jax.sharding import Mesh
 
@@ -17,7 +16,7 @@ from jaxwalk.learn.ddpg.learner import LearnerState
 from jaxwalk.model.engine import Setup
 from jaxwalk.task import backend, scenarios
 from jaxwalk.task.stepper import Task
-from jaxwalk.task.trials import BINS, Act, Params, Profile, Runner, Trial
+from jaxwalk.task.trials import Act, Params, Profile, Runner, Trial
 
 IMPULSES = (60.0, 70.0, 80.0, -60.0, -80.0, -100.0)
 PHASES = 16
@@ -89,7 +88,7 @@ class Exam:
         self.scenarios = scenarios.batch(config, impulse, phase, scenarios.keys(seed, purpose, count))
         self.is_calm = impulse == 0
         self.runner = Runner(Task.of(config), act, len(collectives.share(count)), devices.local(mesh))
-        self.profile = Profile(jnp.zeros(BINS), jnp.float32(0.6))
+        self.profile = Profile.blank()
 
     def __call__(self, params: Params) -> tuple[Marks, Trial]:
         """Run all scenarios, without exploration; ``params`` as `devices.here` gives them."""

@@ -27,7 +27,7 @@ from jaxwalk.learn.train.checkpoint import Checkpoint, Store
 from jaxwalk.measure.bench.programs import bare_steps, record, sharded, split, standing, unpushed, walk_ticks
 from jaxwalk.task import scenarios
 from jaxwalk.task.stepper import Task
-from jaxwalk.task.trials import BINS, Profile, Runner
+from jaxwalk.task.trials import Profile, Runner
 
 BARE, TICK, MAP, LOOP = "mjx_step", "tick", "push_map", "training_loop"
 BY_XLA = "tick_by_xla"  # the tick without native code or kernels
@@ -148,7 +148,7 @@ def measure(
     runner = Runner(Task.of(mapper.config), mapper.act, config.train.walkers, mesh, devices.alike)
     nobody = np.zeros(config.train.walkers, np.float32)
     starts = scenarios.batch(mapper.config, nobody, nobody, keys)
-    profile = Profile(jnp.zeros(BINS), jnp.float32(0.6))
+    profile = Profile.blank()
     trials = runner.begin(mapper.config.gait, starts)
     told = (mapper.params, profile, jnp.int32(count))
     tell(f"compiling {MAP}")  # and its first call, short beside that: a program for each device

@@ -19,7 +19,7 @@ from jaxwalk.model.burdens import Burden
 from jaxwalk.task import scenarios, sway
 from jaxwalk.task.scenarios import Scenario
 from jaxwalk.task.stepper import Task
-from jaxwalk.task.trials import BINS, Act, Profile, Runner, Trial
+from jaxwalk.task.trials import BINS, Act, Profile, Runner, Trial, survived
 
 BATCH = 2048  # trials in one program, at most
 AFTER_PUSH = 8.0  # s watched after the step in which the push comes
@@ -111,12 +111,11 @@ def evaluate(
         numbers = subject.config.gait
         return runner.run(subject.params, numbers, profile, batch, seconds, partial(tell, what))
 
-    blank = Profile(jnp.zeros(BINS), jnp.float32(0.6))
     none = np.zeros(test.walkers, np.float32)
     calm = scenarios.batch(
         subject.config, none, none, scenarios.keys(test.seed, scenarios.CALM, test.walkers), burden=burden
     )
-    walked = follow("walking", calm, blank, test.seconds)
+    walked = follow("walking", calm, Profile.blank(), test.seconds)
     result: dict[str, Any] = {"walking": asdict(_walking(walked))}
     trials = [walked]
     if test.impulses:
@@ -185,22 +184,20 @@ def _push_test(
         test.push_duration,
         burden=burden,
     )
-    trials = follow("pushes", tried, profile, BEFORE_PUSH + AFTER_PUSH)
+    ended = follow("pushes", tried, profile, BEFORE_PUSH + AFTER_PUSH)
 
-    met = np.isclose(trials.tally.impulse, trials.scenario.impulse, rtol=1e-3)
-    # A walker that no push reached survived nothing, unless none was asked for.
-    survived = (~trials.state.terminated & met).reshape(shape)
-    recovery = trials.tally.recovery.reshape(shape)
-    steady = np.isfinite(recovery) & survived
+    up = survived(ended).reshape(shape)
+    recovery = ended.tally.recovery.reshape(shape)
+    steady = np.isfinite(recovery) & up
 
     def mean_recovery(i: int, p: int) -> float | None:
         return float(recovery[i, p][steady[i, p]].mean()) if steady[i, p].any() else None
 
-    return trials, Pushes(
+    return ended, Pushes(
         impulses=[float(x) for x in impulses],
         phases=[float(x) for x in phases],
-        survival=survived.mean(2).tolist(),
+        survival=up.mean(2).tolist(),
         recovery_seconds=[[mean_recovery(i, p) for p in range(shape[1])] for i in range(shape[0])],
         steady=steady.mean(2).tolist(),
-        impulse_delivered=trials.tally.impulse.reshape(shape).mean((1, 2)).tolist(),
+        impulse_delivered=ended.tally.impulse.reshape(shape).mean((1, 2)).tolist(),
     )

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,7 +19,7 @@ from jaxwalk.measure.push_map.table import Table
 from jaxwalk.model import pushes
 from jaxwalk.task import scenarios
 from jaxwalk.task.stepper import Task
-from jaxwalk.task.trials import BINS, Profile, Runner, Trial
+from jaxwalk.task.trials import Profile, Runner, Trial, survived
 
 CALM = 64  # unpushed walkers, whose speed recovery is held against
 CALM_SECONDS = 15.0
@@ -52,7 +51,7 @@ def run(
     follow = partial(runner.run, subject.params, config.gait)
     none = np.zeros(CALM, np.float32)
     calm = scenarios.batch(config, none, none, scenarios.keys(grid.seed, scenarios.CALM, CALM))
-    walked = follow(Profile(jnp.zeros(BINS), jnp.float32(0.6)), calm, CALM_SECONDS)
+    walked = follow(Profile.blank(), calm, CALM_SECONDS)
     if not walked.tally.steps.sum():
         raise UserError(f"policy {subject.name} does not walk: all of {CALM} unpushed walkers fell at once")
     profile = evaluation.profile_of(walked)
@@ -90,11 +89,10 @@ def _results(trials: Trial, timestep: float) -> dict[str, NDArray]:
     tally = trials.tally
     start = np.asarray(trials.state.walker.push.start)
     fell = np.isfinite(tally.fall_seconds) & (start < pushes.NEVER)
-    met = np.isclose(tally.impulse, trials.scenario.impulse, rtol=1e-3)
-    survived = ~np.asarray(trials.state.terminated) & met
-    recovery = np.where(survived & np.isfinite(tally.recovery), tally.recovery, np.nan)
+    up = survived(trials)
+    recovery = np.where(up & np.isfinite(tally.recovery), tally.recovery, np.nan)
     return {
-        "survived": survived,
+        "survived": up,
         "fall_seconds": np.where(fell, tally.fall_seconds - start * timestep, np.nan),
         "recovery_seconds": recovery,
         "impulse_delivered": np.asarray(tally.impulse),

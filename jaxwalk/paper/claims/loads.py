@@ -15,9 +15,10 @@ from jaxwalk.measure.generalise.circumstances import BACKPACK, FRONT_PACK
 from jaxwalk.model.burdens import Burden
 from jaxwalk.paper import pictures
 from jaxwalk.paper.claim import Claim, Numbers
-from jaxwalk.paper.lab import Lab, outlived, speeds_of
+from jaxwalk.paper.lab import Lab, speeds_of
 from jaxwalk.paper.verdict import Check, above, mean_of, percent, share, told
 from jaxwalk.task import scenarios
+from jaxwalk.task.trials import survived
 
 MOST = 0.9
 HEIGHTS = {False: (1.4, 1.55, 1.7, 2.0, 2.15, 2.3), True: (1.4, 2.3)}  # m
@@ -45,7 +46,7 @@ def measure(lab: Lab, model: BodyModel) -> Numbers:
         batches.append(lab.scenarios(person, none, none, scenarios.CALM, burden=burden))
     together = jax.tree.map(lambda *x: jnp.concatenate(x), *batches)
     trials = lab.trial(subject, together, SECONDS[lab.quick], what="loads")
-    up = outlived(trials)
+    up = survived(trials)
     rows = []
     for place, (name, height, burden) in enumerate(cases):
         here = slice(place * each, (place + 1) * each)
