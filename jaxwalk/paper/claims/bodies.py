@@ -14,8 +14,7 @@ from jaxwalk.paper import pictures
 from jaxwalk.paper.claim import BODIES, Claim, Numbers
 from jaxwalk.paper.lab import Lab, speeds_of
 from jaxwalk.paper.verdict import Check, mean_of, share, told, within
-from jaxwalk.task import scenarios
-from jaxwalk.task.trials import survived
+from jaxwalk.task import scenarios, trials
 
 IMPULSES = {
     False: (-100.0, -80.0, -60.0, -40.0, 30.0, 50.0, 70.0, 80.0),
@@ -29,7 +28,7 @@ def measure(lab: Lab, model: BodyModel) -> Numbers:
     subject, sample = named.load(lab.policy, model=model), lab.sample(model)
     none = np.zeros(sample.walkers)
     calm = lab.trial(subject, lab.scenarios(subject, none, none, scenarios.CALM), SECONDS, what="walking")
-    tally, up = calm.tally, survived(calm)
+    tally, up = calm.tally, trials.survived(calm)
     steps = np.maximum(np.asarray(tally.steps), 1.0)
     impulses = IMPULSES[lab.quick]
     grid = [(i, p / sample.phases) for i in impulses for p in range(sample.phases)] * sample.replicas
