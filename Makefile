@@ -40,9 +40,11 @@ paper: $(READY) ## every claim of the paper, measured, into docs/paper (QUICK=1:
 	$(BIN)/jaxwalk paper --out $(if $(QUICK),runs/paper-quick --trained docs/paper --quick,docs/paper) \
 		$(if $(RETRAIN),--retrain) $(ARGS)
 
-lint: $(READY) ## style and types
+lint: $(READY) ## style, types, and the order of imports
 	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
 	$(BIN)/pyright
+	$(BIN)/lint-imports
 
 tune: $(READY) ## search the gait's numbers again (ARGS="sweep --set NAME=A,B" for a grid)
 	$(BIN)/python scripts/tune.py $(or $(ARGS),search)

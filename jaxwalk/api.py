@@ -149,7 +149,7 @@ def push_map(
     return _map.push_map(_subject(policy), grid, Path(out), engine)
 
 
-def export(
+def export_policy(
     policy: Subject | AnyPath, out: AnyPath, *, formats: tuple[str, ...] = ("safetensors",)
 ) -> dict[str, Path]:
     """Write a trained policy with its controllers for other runtimes; the files, by format.
@@ -179,7 +179,7 @@ __all__ = [
     "PushTest",
     "UserError",
     "evaluate",
-    "export",
+    "export_policy",
     "load_policy",
     "preset",
     "push_map",
