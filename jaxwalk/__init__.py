@@ -8,6 +8,7 @@
 Importing the package imports nothing else: each name is fetched when it is first asked for.
 """
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -49,6 +50,8 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module 'jaxwalk' has no attribute {name!r}")
+    if "jaxwalk.api" not in sys.modules:
+        import_module("jaxwalk.common.runtime").setup(begun=True)  # before what computes
     return getattr(import_module("jaxwalk.api"), name)
 
 

@@ -11,25 +11,21 @@ from pathlib import Path
 from typing import Any
 
 from jaxwalk import deploy
-from jaxwalk.common import runtime
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import BodyModel, Config, Engine, validate
 from jaxwalk.config.presets import PRESETS
-
-runtime.setup(begun=True)  # before what follows, which computes
-
-from jaxwalk.export import command as _export  # noqa: E402
-from jaxwalk.learn.policies import named  # noqa: E402
-from jaxwalk.learn.policies.named import Subject  # noqa: E402
-from jaxwalk.learn.train import multi_seed  # noqa: E402
-from jaxwalk.learn.train import run as _run  # noqa: E402
-from jaxwalk.measure.evaluate import evaluation  # noqa: E402
-from jaxwalk.measure.protocol import PushTest  # noqa: E402
-from jaxwalk.measure.push_map import command as _map  # noqa: E402
-from jaxwalk.measure.push_map.grid import Grid  # noqa: E402
-from jaxwalk.measure.push_map.options import IMPULSES  # noqa: E402
-from jaxwalk.options import checks  # noqa: E402
-from jaxwalk.task.env import FootstepEnv  # noqa: E402
+from jaxwalk.export import command as _export
+from jaxwalk.learn.policies import named
+from jaxwalk.learn.policies.named import Subject
+from jaxwalk.learn.train import multi_seed
+from jaxwalk.learn.train import run as _run
+from jaxwalk.measure.evaluate import evaluation
+from jaxwalk.measure.protocol import PushTest
+from jaxwalk.measure.push_map import command as _map
+from jaxwalk.measure.push_map.grid import Grid
+from jaxwalk.measure.push_map.options import IMPULSES
+from jaxwalk.options import checks
+from jaxwalk.task.env import FootstepEnv
 
 Controller = deploy.Controller
 AnyPath = str | PathLike[str]

@@ -5,9 +5,13 @@ Nothing heavy is imported before a command's options have been read and found go
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import difflib
+import functools
 import importlib
+import io
+import operator
 import os
 import shlex
 import sys
@@ -46,6 +50,7 @@ _COMMANDS = {  # name: the package of its options and of the command itself; wha
     "view": ("show.viewer", "watch a policy walk in MuJoCo's viewer, and push it by the keyboard"),
     "bench": ("measure.bench", "measure the speed of the simulation and of training"),
 }
+_SHELLS = ("bash", "zsh", "tcsh")
 _RECORDED = ("train", "train-baseline", "sweep")  # whose results hold the line that was typed
 
 
@@ -101,6 +106,9 @@ def _dispatch(argv: list[str]) -> int:
     if name == "--version":
         print(f"jaxwalk {__version__}")
         return 0
+    if name == "completion":
+        print(_completion(*rest))
+        return 0
     if name not in _COMMANDS:
         close = difflib.get_close_matches(name, _COMMANDS, n=1)
         meant = f" (did you mean {close[0]}?)" if close else ""
@@ -131,6 +139,26 @@ def _run(name: str, argv: list[str]) -> None:
         main(args)
 
 
+def _completion(shell: str = "", *more: str) -> str:
+    """A script that lets ``shell`` complete commands and options."""
+    if shell not in _SHELLS or more:
+        raise UserError(f"completion {' '.join((shell, *more))}: give one of {', '.join(_SHELLS)}")
+    import typing
+
+    import tyro
+
+    kinds = []
+    for name, (home, what) in _COMMANDS.items():
+        read = importlib.import_module(f"jaxwalk.{home}.options").read
+        kind = typing.get_type_hints(read)["return"]
+        kinds.append(typing.Annotated[kind, tyro.conf.subcommand(name=name, description=what)])
+    with contextlib.redirect_stdout(io.StringIO()) as script, contextlib.suppress(SystemExit):
+        tyro.cli(
+            functools.reduce(operator.or_, kinds), prog="jaxwalk", args=["--tyro-print-completion", shell]
+        )
+    return script.getvalue()
+
+
 def _export_page(args: Any) -> None:
     """What ``export --format html``, as pages were once asked for, comes to: render's."""
     from jaxwalk.common import files
@@ -152,5 +180,6 @@ def _help() -> str:
         "usage: jaxwalk COMMAND [options]\n\n"
         "Learned stepping for powered exoskeletons, many walkers at once.\n\n"
         f"commands:\n{commands}\n\n"
-        "'jaxwalk COMMAND --help' lists a command's options; 'jaxwalk --version' tells the version."
+        "'jaxwalk COMMAND --help' lists a command's options; 'jaxwalk --version' tells the version;\n"
+        "'jaxwalk completion bash' (or zsh, tcsh) prints a script that completes them."
     )

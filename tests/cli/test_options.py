@@ -166,3 +166,12 @@ def test_paths_stay_paths(jaxwalk_cli, called):
 def test_a_switch_is_given_alone_or_with_a_value_as_of_old(words, twin, back_step):
     config = read(words.split()).config
     assert (config.ddpg.twin, config.gait.back_step) == (twin, back_step)
+
+
+def test_a_shell_completes_commands_and_options(jaxwalk_cli):
+    code, script, _ = jaxwalk_cli("completion", "bash")
+    assert code == 0 and "complete -F" in script
+    assert all(word in script for word in ("push-map", "--impulses", "--ddpg.gamma"))
+    assert jaxwalk_cli("completion", "fish") == (
+        2, "", "jaxwalk: error: completion fish: give one of bash, zsh, tcsh\n",
+    )  # fmt: skip
