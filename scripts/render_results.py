@@ -45,7 +45,7 @@ def read(name: str) -> dict[str, Any]:
 def stamp(found: Mapping[str, Any]) -> str:
     """When it was measured, and by what."""
     by = f"commit {found['commit'][:7]}" if found.get("commit") else f"version {found['versions']['jaxwalk']}"
-    return f"{found['date'][:10]}, {by}"
+    return f"{found['date'][:10] if 'date' in found else 'no date in the file'}, {by}"
 
 
 def command(found: Mapping[str, Any]) -> str:

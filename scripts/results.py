@@ -42,7 +42,7 @@ generalise | jaxwalk generalise shipped --walkers 32 --out {at} | {s} --only sta
 gait | jaxwalk gait shipped --out {at} | --walkers 4 --seconds 8
 bench-cpu.json | jaxwalk bench --seconds 2 --json {at} | --walkers 16 --seconds 0.2
 deploy/latency.json | jaxwalk bench --deploy shipped --json {at} | --seconds 0.2
-deploy/walk.json | python scripts/deploy_walk.py --json {at} | --seconds 5 --walkers 2
+deploy/walk.json | python scripts/deploy_walk.py --json {at} | --seconds 5 --walkers 1 --phases 1 --replicas 1
 push-back-70.png | jaxwalk render shipped --push -70 --push-time 2.5 --seconds 7 --width 1920 --out {at} |
 ddpg-{seed} | env JAX_NUM_CPU_DEVICES=1 jaxwalk train --seed {seed} --run-dir {at} | --preset smoke
 quick-{seed} | jaxwalk train --preset quick --seed {seed} --run-dir {at} | --preset smoke
