@@ -99,7 +99,7 @@ def main(argv: list[str]) -> int:
         if there and measured.get(name) == {"tree": tree, "command": line}:
             print(f"current: {name}", flush=True)
             continue
-        if training and at.exists():  # one that was stopped; nothing else writes here
+        if at.is_dir() and (training or name in measured):  # one that was stopped; one of other code
             shutil.rmtree(at)
         at.parent.mkdir(parents=True, exist_ok=True)
         print(f"{time.strftime('%H:%M:%S')} {line}", flush=True)
