@@ -1,10 +1,10 @@
 # Every target sets itself up: the first one that is run builds .venv from constraints.txt.
 #   make train ARGS="--seed 1 --train.footsteps 50000"    options go through ARGS
-#   make train EXTRAS=dev,tune,cuda                        for an NVIDIA GPU
+#   make train EXTRAS=dev,tune,docs,cuda                   for an NVIDIA GPU
 
 SHELL := /bin/bash
 PYTHON ?= python3
-EXTRAS ?= dev,tune
+EXTRAS ?= dev,tune,docs
 ARGS ?=
 
 VENV := .venv
@@ -13,10 +13,10 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.installed-$(EXTRAS)
 
 .DEFAULT_GOAL := help
-.PHONY: help train test test-all bench report paper lint tune models clean
+.PHONY: help train test test-all bench report paper results results-docs docs lint tune models clean
 
 help: ## show this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-13s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 train: $(READY) ## train a policy into runs/<date-time>
 	$(BIN)/jaxwalk train $(ARGS)
@@ -39,6 +39,15 @@ paper: $(READY) ## every claim of the paper, measured, into docs/paper (QUICK=1:
 	@mkdir -p docs/paper
 	$(BIN)/jaxwalk paper --out $(if $(QUICK),runs/paper-quick --trained docs/paper --quick,docs/paper) \
 		$(if $(RETRAIN),--retrain) $(ARGS)
+
+results: $(READY) ## everything in docs/results, measured anew (QUICK=1: a rehearsal, in runs/results-quick)
+	$(BIN)/python scripts/results.py $(if $(QUICK),--quick) $(ARGS)
+
+results-docs: $(READY) ## the tables of README.md and docs/ from docs/results
+	$(BIN)/python scripts/render_results.py $(ARGS)
+
+docs: $(READY) ## the documentation as a site, in build/site
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict $(ARGS)
 
 lint: $(READY) ## style, types, and the order of imports
 	$(BIN)/ruff check .

@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeVar
 
-from beartype import beartype
+from beartype import BeartypeConf, beartype
+
+_CHECKED = beartype(conf=BeartypeConf(is_pep484_tower=True))  # a whole number is a number, as PEP 484 says
 
 F = TypeVar("F", bound=Callable)
 
 
 def check(function: F) -> F:
-    return function if function.__name__ == "__init__" else beartype(function)
+    return function if function.__name__ == "__init__" else _CHECKED(function)

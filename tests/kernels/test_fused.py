@@ -15,6 +15,7 @@ from jaxwalk.kernels import emit, fused, pallas
 from jaxwalk.kernels.entries import inputs
 from jaxwalk.kernels.graph import Graph, Unsupported, reach
 from jaxwalk.kernels.unroll import unrolled
+from jaxwalk.model import engine
 from jaxwalk.task import collect, footstep, spawn, stepper
 from jaxwalk.task.stepper import Task
 
@@ -145,7 +146,7 @@ def test_presets_have_kernels_for_cuda(monkeypatch, preset):
     """Lowered as far as goes without a GPU: Triton knows all operations."""
     config = PRESETS[preset]
     task = Task.of(config)
-    monkeypatch.setattr(walker, "on_gpu", lambda setup: True)
+    monkeypatch.setattr(engine, "on_gpu", lambda setup: True)
     state = jax.eval_shape(partial(spawn.walker, config, task), jax.random.key(0))
     many = jax.tree.map(lambda x: jax.ShapeDtypeStruct((64, *x.shape), x.dtype), state)
     tick = jax.jit(jax.vmap(lambda s: stepper.tick(task, model_of(task.setup, s.walker.person), s)))

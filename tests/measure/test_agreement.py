@@ -61,7 +61,7 @@ def test_the_command_puts_the_same_trials_to_both_engines(monkeypatch, tmp_path,
     asked = []
 
     def canned(subject, args, tell):
-        asked.append(args)
+        asked.append((subject, args))
         tell("walking", 1.0)
         return {"mjx": MJX, "mujoco": MUJOCO}[args.engine]
 
@@ -69,10 +69,10 @@ def test_the_command_puts_the_same_trials_to_both_engines(monkeypatch, tmp_path,
     out = tmp_path / "new" / "folder"
     options = "--walkers 25 --replicas 4 --impulses -40,40 --phases 2 --height 1.7 --seed 3".split()
     assert cli.main(["agreement", "fixed", "--out", str(out), *options]) == 0
-    first, second = asked
+    (subject, first), (_, second) = asked
     assert (first.engine, second.engine) == ("mjx", "mujoco")
     assert {**vars(first), "engine": "mujoco"} == vars(second)
-    assert (first.height, first.seed, first.impulses) == (1.7, 3, (-40.0, 40.0))
+    assert (first.seed, first.impulses, subject.config.body.height) == (3, (-40.0, 40.0), 1.7)
     result = json.loads((out / "agreement.json").read_text())
     assert result["cells"]["share_overlapping"] == 0.75
     assert result["engines"]["mujoco"]["pushes"]["survival"] == MUJOCO["pushes"]["survival"]

@@ -14,7 +14,7 @@ from jaxwalk.common.errors import UserError
 from jaxwalk.config import to_dict
 from jaxwalk.learn.policies import policy
 from jaxwalk.learn.runs import run_folder
-from jaxwalk.learn.train import options
+from jaxwalk.learn.train import command, options
 from jaxwalk.paper import trainings
 from jaxwalk.paper.claims import registry
 from jaxwalk.paper.lab import Lab
@@ -116,7 +116,8 @@ def test_a_run_that_is_not_over_is_not_kept(tmp_path, file, content):
 def test_all_runs_are_trained_one_after_another_and_what_was_stopped_goes_on(tmp_path, monkeypatch):
     asked, stop = [], {"random-1"}
 
-    def trained(argv):
+    def trained(args, typed):
+        argv = shlex.split(typed)[2:]
         asked.append(argv)
         resumed = argv[0] == "--resume"
         run = Path(argv[argv.index("--resume" if resumed else "--run-dir") + 1])
@@ -127,7 +128,7 @@ def test_all_runs_are_trained_one_after_another_and_what_was_stopped_goes_on(tmp
         files.write_json(run / run_folder.SUMMARY, {"interrupted": interrupted})
 
     (tmp_path / "runs").mkdir()
-    monkeypatch.setattr(options, "run", trained)
+    monkeypatch.setattr(command, "main", trained)
     said = []
     everything = (tmp_path, tmp_path / "runs", ("random", "walls"), said.append)
     with pytest.raises(KeyboardInterrupt):

@@ -13,7 +13,7 @@ from jaxwalk.learn.policies import named
 from jaxwalk.learn.policies.named import Subject
 from jaxwalk.measure import study
 from jaxwalk.measure.agreement import differences, picture
-from jaxwalk.measure.evaluate.evaluation import evaluate
+from jaxwalk.measure.evaluate import evaluation
 from jaxwalk.measure.protocol import PushTest
 from jaxwalk.measure.screen import Tell
 
@@ -28,7 +28,7 @@ def agreement(subject: Subject, test: PushTest, tell: Tell = lambda what, share:
     engines = {}
     for engine in get_args(Engine):
         by = dataclasses.replace(test, engine=engine)
-        found = evaluate(subject, by, lambda what, share, by=engine: tell(f"{by}: {what}", share))
+        found = evaluation.evaluate(subject, by, lambda what, share, by=engine: tell(f"{by}: {what}", share))
         engines[engine] = {name: found[name] for name in TOLD}
     first, second = engines.values()
     return {"engines": engines, **differences.compare(first, second, test.walkers, test.cell)}

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from jaxwalk.learn.policies import named
 from jaxwalk.measure import study
-from jaxwalk.measure.evaluate.evaluation import evaluate
+from jaxwalk.measure.evaluate import evaluation
 from jaxwalk.measure.protocol import PushTest
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def main(args: EvaluateArgs) -> None:
         dataclasses.replace(args, replicas=test.replicas),
         subject.config,
         subject,
-        lambda tell: evaluate(subject, test, tell),
+        lambda tell: evaluation.evaluate(subject, test, tell),
         lambda console, result: _print(console, args.policy, result),
     )
 

@@ -15,7 +15,8 @@ from jaxwalk.learn.policies import named
 from jaxwalk.learn.policies.named import Subject
 from jaxwalk.measure import one_change, study
 from jaxwalk.measure.compare import policies
-from jaxwalk.measure.evaluate.evaluation import Programs, evaluate
+from jaxwalk.measure.evaluate import evaluation
+from jaxwalk.measure.evaluate.evaluation import Programs
 from jaxwalk.measure.generalise import picture
 from jaxwalk.measure.generalise.circumstances import Circumstance, circumstances
 from jaxwalk.measure.generalise.options import NOBODY
@@ -75,7 +76,9 @@ def _measured(
 ) -> dict[str, Any]:
     ratio = one.push_ratio(own)
     scaled = dataclasses.replace(test, impulses=tuple(ratio * impulse for impulse in test.impulses))
-    row = one_change.measured(evaluate(subject, scaled, programs=programs, burden=one.burden), test)
+    row = one_change.measured(
+        evaluation.evaluate(subject, scaled, programs=programs, burden=one.burden), test
+    )
     return {
         "height": one.height,
         "mass": one.mass,

@@ -13,7 +13,7 @@ from jaxwalk.config import Config
 from jaxwalk.learn.policies import named
 from jaxwalk.learn.policies.named import Subject
 from jaxwalk.measure import one_change, study
-from jaxwalk.measure.evaluate.evaluation import evaluate
+from jaxwalk.measure.evaluate import evaluation
 from jaxwalk.measure.protocol import PushTest
 from jaxwalk.measure.screen import Tell
 from jaxwalk.measure.sensitivity import picture
@@ -45,7 +45,7 @@ def sensitivity(
     for place, one in enumerate(plan):
         if one.config not in known:
             changed = dataclasses.replace(subject, config=one.config)
-            known[one.config] = one_change.measured(evaluate(changed, test), test)
+            known[one.config] = one_change.measured(evaluation.evaluate(changed, test), test)
         rows.append({"parameter": one.parameter, "value": one.value, "own": one.own, **known[one.config]})
         tell("settings", (place + 1) / len(plan))
     return {"rows": rows}
