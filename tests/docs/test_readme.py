@@ -1,13 +1,10 @@
 """README.md stays short, and its Python runs."""
 
-import importlib.util
 import os
 import re
 import subprocess
 import sys
 from pathlib import Path
-
-import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -37,10 +34,6 @@ def test_each_command_it_gives_is_one():
     assert set(given) <= set(_COMMANDS)
 
 
-@pytest.mark.skipif(
-    importlib.util.find_spec("jaxwalk.api") is None,
-    reason="README's Python needs jaxwalk.api, which is not there",
-)
 def test_its_python_runs(tmp_path):
     (block,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     for large, small in SMALL.items():

@@ -1,13 +1,10 @@
 """The tutorial's cells run, one after another, at the size that it has for tests."""
 
-import importlib.util
 import json
 import os
 import subprocess
 import sys
 from pathlib import Path
-
-import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 NOTEBOOK = json.loads((ROOT / "docs" / "tutorial.ipynb").read_text("utf-8"))
@@ -21,10 +18,6 @@ def test_it_stores_no_outputs_and_compiles():
         compile(cell, f"cell {number}", "exec")
 
 
-@pytest.mark.skipif(
-    importlib.util.find_spec("jaxwalk.api") is None,
-    reason="the tutorial needs jaxwalk.api, which is not there",
-)
 def test_its_cells_run(tmp_path):
     # A process of its own, as the reader's: signatures are not checked there, whole numbers will do.
     environment = os.environ | {
