@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable
 from typing import Any
 
@@ -17,6 +18,15 @@ from jaxwalk.measure.screen import Tell
 from jaxwalk.task import backend
 
 Result = dict[str, Any]
+NEXT = {  # what one would type after each measurement
+    "evaluate": "push-map {policy} --out map",
+    "push-map": "render {policy} --push 60 --out push.mp4",
+    "compare": "push-map shipped --out map",
+    "agreement": "sensitivity {policy} --out sensitivity",
+    "sensitivity": "generalise {policy} --out generalised",
+    "generalise": "gait {policy} --out gait",
+    "gait": "render {policy} --out walk.html",
+}
 
 
 def carry_out(
@@ -64,8 +74,7 @@ def carry_out(
         files.write_json(args.json, result)
     show(console, result)
     if folder is not None:
-        *names, last = [*filter(None, [also]), *content]
-        console.print(
-            f"{', '.join(names)} and {last} in {folder}" if names else f"{last} in {folder}", highlight=False
-        )
+        console.print(f"{', '.join(filter(None, [also, *content]))} in {folder}", highlight=False)
+    then = NEXT[command].format(policy=shlex.quote(getattr(args, "policy", "")))
+    console.print(f"next: jaxwalk {then}", highlight=False)
     return result
