@@ -25,7 +25,7 @@ _ANKLES = np.array([2, 5])  # among the joints that an actuator moves
 
 
 class Gains(struct.PyTreeNode):
-    """Of the PIDs of J joints.
+    """The gains of the PIDs of J joints.
 
     Attributes:
       proportional: N m s/rad. integral: N m/rad. derivative: kg m^2.
@@ -110,7 +110,7 @@ def start(where: Layout) -> Drives:
 
 
 def gains(config: PhysicsConfig, where: Layout, body: Similarity) -> Gains:
-    """Those of ``body``'s joints."""
+    """The gains of the PIDs of ``body``'s joints."""
     own = config.gazebo
     pids = [own.hip, own.knee, own.ankle] * 2
     limits = [config.hip_limit, config.knee_limit, config.ankle_limit] * 2

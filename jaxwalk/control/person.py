@@ -44,17 +44,17 @@ class Person(struct.PyTreeNode):
 
 
 def reference_body(setup: Setup) -> anthropometry.Body:
-    """That of whom the configuration's lengths, gains and torques are."""
+    """The reference body, whose lengths, gains and torques the configuration gives."""
     return anthropometry.build(BodyConfig(table=setup.body.table))
 
 
 def skeleton(setup: Setup, person: Person) -> kinematics.Skeleton:
-    """Its lengths, m."""
+    """The lengths of ``person``'s body, m."""
     return kinematics.skeleton(reference_body(setup), person.ratio.length)
 
 
 def inertias(setup: Setup, person: Person) -> controllers.Inertias:
-    """Its inertias for the toe-off equations; the torso is the paper's box, m h^2 / 3."""
+    """``person``'s inertias for the toe-off equations; the torso is the paper's box, m h^2 / 3."""
     reference = reference_body(setup)
     return controllers.Inertias(
         torso=reference.torso.mass * reference.torso.length**2 / 3 * person.ratio.inertia,
@@ -64,5 +64,5 @@ def inertias(setup: Setup, person: Person) -> controllers.Inertias:
 
 
 def model_of(setup: Setup, person: Person) -> engine.Model:
-    """Its body, for ``setup``'s engine."""
+    """``person``'s body, for ``setup``'s engine."""
     return engine.model(setup, person.ratio, person.burden)

@@ -14,7 +14,7 @@ from jaxwalk.model.kinematics import Skeleton, ankles
 
 
 class Phase(IntEnum):
-    """Of one leg."""
+    """What one leg does."""
 
     STANCE = 0
     TOE_OFF = 1
@@ -82,7 +82,7 @@ def step_length(body: Skeleton, gait: StepClock, estimate: Estimate) -> Float[Ar
 
 
 def swing_force(gait: StepClock, estimate: Estimate) -> Float[Array, ""]:
-    """Under the sole of the swing leg, N."""
+    """The force under the sole of the swing leg, N."""
     return jnp.sum(jnp.where(gait.is_stance, 0.0, estimate.touch))
 
 

@@ -117,7 +117,7 @@ def start(
 
 
 def _total(tree: Any) -> Float[Array, ""]:
-    """The sum of all its numbers: not finite if one of them is not, for none is near the largest float."""
+    """The sum of all numbers in ``tree``: not finite if one is not, for none is near the largest float."""
     parts = [x for x in jax.tree.leaves(tree) if jnp.issubdtype(x.dtype, jnp.floating)]
     return jnp.sum(jnp.concatenate([jnp.ravel(x) for x in parts]))
 

@@ -34,7 +34,7 @@ DELAY = 0.1  # s into the footstep at which a push begins
 
 
 def main(args: DemoArgs) -> None:
-    """The command.
+    """Run ``jaxwalk demo``.
 
     Raises:
       UserError: the file cannot be written.

@@ -22,8 +22,10 @@ class DemoArgs:
     """Whether it is opened in the browser, where there is one."""
 
     def check(self) -> None:
-        """Raises:
-        UserError: an option out of its range.
+        """See that the options can be meant.
+
+        Raises:
+          UserError: an option out of its range.
         """
         if self.out.suffix.lower() != ".html":
             raise UserError(f"--out {self.out}: give a file that ends in .html")

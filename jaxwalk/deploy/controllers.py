@@ -27,7 +27,7 @@ def stance_hip_rate(who: Person, angle: np.float32, estimate: Estimate) -> np.fl
 
 
 def leg_inertia(half_mass: np.float32, half: np.float32, knee: np.float32) -> np.float32:
-    """About the hip, of two rods of ``half`` m and ``half_mass`` kg, knee flexed by ``knee`` rad (eq. 20)."""
+    """J_leg about the hip: two rods of ``half`` m, ``half_mass`` kg, knee flexed by ``knee`` rad (eq. 20)."""
     lower = (half * np.sin(knee)) ** 2 + (half * np.cos(knee) + half / 2) ** 2
     return half_mass * (half**2 / 12 + lower + half**2 / 3)
 

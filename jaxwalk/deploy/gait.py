@@ -14,7 +14,7 @@ from jaxwalk.deploy.sensors import Estimate
 
 
 class Phase(IntEnum):
-    """Of the leg that is not in stance."""
+    """What the leg does that is not in stance."""
 
     TOE_OFF = 1
     EARLY_SWING = 2
@@ -41,10 +41,12 @@ class Clock:
 
     @property
     def swing(self) -> int:
+        """Index of the leg that is not in stance, 0 left, 1 right."""
         return 1 - self.stance
 
     @property
     def phase(self) -> Phase:
+        """Which phase the swing leg is in, by the time since the last touch-down."""
         if self.elapsed < self.toe_off_seconds:
             return Phase.TOE_OFF
         early = self.elapsed < self.toe_off_seconds + self.duration

@@ -11,7 +11,7 @@ from jaxwalk.deploy.person import Person
 
 @dataclass(frozen=True)
 class Posture:
-    """Of both legs, left and right.
+    """Where both legs are, left and right.
 
     Attributes:
       thigh, shank: [2] from the vertical, forward positive, rad.

@@ -40,17 +40,17 @@ class Person:
 
     @property
     def leg(self) -> np.float32:
-        """Hip height of a straight leg, L."""
+        """Hip height of a straight leg (``L`` of the paper), m."""
         return self.thigh + self.shank + self.foot
 
     @property
     def speed(self) -> np.float32:
-        """Ratio of speeds."""
+        """This body's speeds over those of the reference body."""
         return np.sqrt(self.length)
 
     @property
     def rate(self) -> np.float32:
-        """Ratio of angular velocities."""
+        """This body's angular velocities over those of the reference body."""
         return np.float32(1) / np.sqrt(self.length)
 
 

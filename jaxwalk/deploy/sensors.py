@@ -72,7 +72,7 @@ def start(manifest: dict[str, Any], speed: np.float32) -> Filter:
 
 
 def step(state: Filter, sensors: Sensors) -> tuple[Filter, Estimate]:
-    """One tick."""
+    """The filters after one more tick, and what controllers and policy are told in it."""
     measured = np.array([[sensors.velocity, sensors.acceleration]], np.float32)
     history = np.concatenate([state.history[1:], measured])
     prior = np.array([state.filtered[0] + state.timestep * state.filtered[1], state.filtered[1]])

@@ -99,7 +99,7 @@ def _data(trained: policy.Policy, told: dict[str, Any]) -> str:
 
 
 def _names(what: str, ones: Iterable[dict[str, Any]]) -> str:
-    """Names and units, for whoever prints them."""
+    """A C array of names and units, for whoever prints them."""
     rows = ", ".join(f'{{"{one["name"]}", "{one["unit"]}"}}' for one in ones)
     return f"static const char *const jaxwalk_{what}_names[][2] = {{{rows}}};"
 

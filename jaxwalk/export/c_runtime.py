@@ -104,21 +104,25 @@ class Controller:
         self.refused = library.shim_init(self._walker, height, mass, speed) != 0
 
     def start(self, said: Sensors, stance: int) -> np.ndarray:
+        """Begin anew: the foot ``stance`` (0 left, 1 right) has just landed; gives what `tick` does."""
         told = flat(said)
         self._library.shim_start(self._walker, _pointer(told), stance, _pointer(self._joints))
         return self._joints.copy()
 
     def tick(self, said: Sensors) -> np.ndarray:
+        """[6] hip rate (rad/s), knee angle (rad), ankle torque (N m) until the next tick; left, right."""
         told = flat(said)
         self._library.shim_tick(self._walker, _pointer(told), _pointer(self._joints))
         return self._joints.copy()
 
     @property
     def touchdown(self) -> bool:
+        """Whether a foot landed in the last tick."""
         return bool(self._library.shim_touchdown(self._walker))
 
     @property
     def fallen(self) -> bool:
+        """As far as the sensors tell: torso too far over, hip too low over the feet, or a stalled step."""
         return bool(self._library.shim_fallen(self._walker))
 
     def observation(self, size: int) -> np.ndarray:

@@ -85,7 +85,7 @@ def write(
 
 
 def main(args: ExportArgs) -> None:
-    """The command.
+    """Run ``jaxwalk export``.
 
     Raises:
       UserError: a policy that cannot be had in a format asked for, or a file that fails its test.

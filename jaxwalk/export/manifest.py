@@ -101,6 +101,7 @@ def build(trained: policy.Policy, config: Config) -> dict[str, Any]:
 
 
 def text(manifest: dict[str, Any]) -> str:
+    """A manifest as JSON text, as files carry it."""
     return json.dumps(manifest, allow_nan=False)
 
 

@@ -29,11 +29,14 @@ class ExportArgs:
 
     @property
     def formats(self) -> tuple[str, ...]:
+        """The formats that can be asked for."""
         return FORMATS
 
     def check(self) -> None:
-        """Raises:
-        UserError: an option out of its range.
+        """See that the options can be meant.
+
+        Raises:
+          UserError: an option out of its range.
         """
         checks.policy(self.policy)
         for name in self.format:
@@ -54,9 +57,11 @@ class PageArgs(ExportArgs):
 
     @property
     def formats(self) -> tuple[str, ...]:
+        """Those of every export, and ``html``."""
         return *FORMATS, PAGE
 
     def check(self) -> None:
+        """See that the options can be meant, those of the page included."""
         super().check()
         checks.replayed(self.impulses or ())
         checks.seed(self.seed)

@@ -154,6 +154,7 @@ int main(int argc, char **argv) {{
 
 
 def main(argv: list[str]) -> int:
+    """Test the file that ``argv``, [FORMAT, FILE], names; gives the exit status, 2 for a bad file."""
     kind, path = argv
     try:
         found: dict[str, Any] = differences(kind, Path(path))

@@ -42,5 +42,5 @@ def emit(nodes: Iterable[Node], values: dict[int, jax.Array], shape: tuple[int, 
 
 
 def value(entry: Entry, values: dict[int, Any], shape: tuple[int, ...]) -> jax.Array:
-    """Of an entry, [*shape]."""
+    """The array [*shape] that an entry stands for."""
     return jnp.full(shape, entry, np.dtype(entry.dtype)) if known(entry) else values[entry.index]

@@ -90,7 +90,7 @@ class Program:
     def _reused(
         self, tree: Any, given: list[Entries], results: list[Entries], new: list[int]
     ) -> dict[int, int]:
-        """Of a state that goes on, each new part takes the old one's place: loops copy nothing then."""
+        """Which result takes which argument's place: a state that goes on is written over, not copied."""
         first = jax.tree.structure(jax.tree.unflatten(tree, range(tree.num_leaves))[0])
         if first != self.tree:
             return {}

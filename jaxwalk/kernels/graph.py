@@ -40,7 +40,7 @@ class Unsupported(ValueError):
 
 
 def known(entry: Entry) -> bool:
-    """Whether it is a constant."""
+    """Whether ``entry`` is a constant."""
     return not isinstance(entry, Node)
 
 
@@ -208,12 +208,12 @@ def _is(entry: Entry, value: int) -> bool:
 
 
 def is_key(dtype: Any) -> bool:
-    """Whether it is the type of a random key."""
+    """Whether ``dtype`` is that of random keys."""
     return jnp.issubdtype(dtype, jax.dtypes.prng_key)
 
 
 def _logical(a: Entry, b: Entry, neutral: bool) -> Entry | None:
-    """Of truth values, one of which is known: the other if that one is ``neutral``, else that one."""
+    """``and`` (``neutral``: True) or ``or`` (False) of two truth values if one is known; else None."""
     for this, other in ((a, b), (b, a)):
         if known(this):
             return other if bool(this) == neutral else this

@@ -112,7 +112,7 @@ def _call(
 
 
 def _by_type(nodes: list[Node]) -> list[list[Node]]:
-    """In an array each."""
+    """The nodes of each type together: those that one array can hold."""
     types = {}
     for node in nodes:
         types.setdefault(node.dtype, []).append(node)

@@ -8,5 +8,5 @@ import jax
 
 
 def jax_setting(name: str) -> Any:
-    """The value of one; `jax.config` makes its attributes as it runs, and tells no type checker of them."""
+    """A setting's value; `jax.config` makes its attributes as it runs, and tells no type checker of them."""
     return getattr(jax.config, name)

@@ -77,7 +77,7 @@ def _bind(graph: Graph, eqn: Any, args: list[Entries]) -> list[Entries]:
 
 
 def _needed(jaxpr: Any) -> list[Any]:
-    """Its equations, without those whose results nobody reads."""
+    """The equations of ``jaxpr``, without those whose results nobody reads."""
     wanted = {x for x in jaxpr.outvars if not isinstance(x, jex.Literal)}
     kept = []
     for eqn in reversed(jaxpr.eqns):

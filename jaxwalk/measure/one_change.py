@@ -48,7 +48,7 @@ def cells(row: dict[str, Any]) -> tuple[str, ...]:
 
 
 def _size(row: dict[str, Any], way: str, sign: int) -> str:
-    """A threshold; + where it is the largest impulse that was tried."""
+    """A threshold, N s, as text; + where it is the largest impulse that was tried."""
     size = row["threshold"][way]
     if size is None:
         return "-"
@@ -57,13 +57,14 @@ def _size(row: dict[str, Any], way: str, sign: int) -> str:
 
 
 def prepare(axes: Axes, own: int | float) -> None:
-    """A grey line marks the policy's own value."""
+    """Lay out a panel; a grey line marks the policy's own value."""
     axes.axvline(own, color="0.85", linewidth=4, zorder=0)
     axes.grid(axis="y", color="0.92")
     axes.spines[["top", "right"]].set_visible(False)
 
 
 def values(rows: Rows) -> list[int | float]:
+    """The value of what was changed, row by row."""
     return [row["value"] for row in rows]
 
 

@@ -106,5 +106,5 @@ def build(config: BodyConfig) -> Body:
 
 
 def about_joint(segment: Segment) -> float:
-    """Its inertia about its proximal joint, kg m^2."""
+    """The segment's inertia about its proximal joint, kg m^2."""
     return segment.inertia + segment.mass * (segment.com[0] ** 2 + segment.com[1] ** 2)

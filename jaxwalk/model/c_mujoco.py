@@ -87,7 +87,7 @@ def _model(
 
 
 def _put_onto(model: mujoco.MjModel, pack: float, ahead: float, up: float, friction: float) -> None:
-    """As `burdens.onto` does."""
+    """Change ``model`` in place as `burdens.onto` does MJX's."""
     burden = Burden(pack, ahead, up, 0.0, friction)
     own = model.body_inertia[1, 1]
     _, (forth, higher), inertia = burdens.laden(model.body_mass[1], own, burden)

@@ -38,7 +38,7 @@ class Setup:
 
     @classmethod
     def of(cls, config: Config, engine: Engine = "mjx") -> Setup:
-        """Of a configuration, in which the environment can switch kernels off.
+        """The setup of a configuration, in which the environment can switch kernels off.
 
         Raises:
           UserError: the environment says neither auto nor off.
@@ -51,6 +51,7 @@ class Setup:
 
     @property
     def timestep(self) -> float:
+        """Length of one tick, s."""
         return self.physics.timestep
 
 

@@ -104,7 +104,7 @@ def _template_on_host(body: BodyConfig, physics: PhysicsConfig) -> mjx.Data:
 
 
 def _own_device() -> jax.Device:  # pyright: ignore[reportInvalidTypeForm]  # a class, which JAX's stub hides
-    """One that this process can read: MJX would take the first of all processes."""
+    """A device that this process can read: MJX would take the first of all processes."""
     return jax.local_devices()[0]
 
 

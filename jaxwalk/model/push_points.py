@@ -42,7 +42,7 @@ class Point:
 
     @property
     def name(self) -> str:
-        """What `of` understands."""
+        """The text that `of` makes this point of."""
         return f"{self.place}{self.height:+g}" if self.height else self.place
 
     @property
@@ -55,4 +55,5 @@ class Point:
 
     @property
     def on_torso(self) -> bool:
+        """Whether it is on the torso, where heights count."""
         return self.place == PLACES[0]

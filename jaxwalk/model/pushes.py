@@ -34,7 +34,7 @@ TORSO = PLACES.index("torso")
 
 
 def none() -> Push:
-    """No push."""
+    """A push that never comes."""
     return Push(
         jnp.int32(NEVER), jnp.int32(1), jnp.float32(0), jnp.float32(0), jnp.int32(TORSO), jnp.int32(0)
     )

@@ -31,34 +31,40 @@ class Similarity(struct.PyTreeNode):
 
     @property
     def time(self) -> Any:
+        """Ratio of times."""
         return self.length**0.5
 
     @property
     def speed(self) -> Any:
+        """Ratio of speeds."""
         return self.length**0.5
 
     @property
     def rate(self) -> Any:
-        """Of angular velocities."""
+        """Ratio of angular velocities."""
         return self.length**-0.5
 
     @property
     def torque(self) -> Any:
-        """Of torques, and of rotational stiffness."""
+        """Ratio of torques, and of rotational stiffness."""
         return self.mass * self.length
 
     @property
     def rotational_damping(self) -> Any:
+        """Ratio of rotational damping (N m s/rad)."""
         return self.mass * self.length**1.5
 
     @property
     def inertia(self) -> Any:
+        """Ratio of moments of inertia."""
         return self.mass * self.length**2
 
     @property
     def force(self) -> Any:
+        """Ratio of forces."""
         return self.mass
 
     @property
     def impulse(self) -> Any:
+        """Ratio of impulses (N s)."""
         return self.mass * self.length**0.5

@@ -21,6 +21,7 @@ def policy(name: str) -> None:
 
 
 def whole(option: str, value: int, least: int = 1) -> None:
+    """A whole number, ``least`` or more."""
     if value < least:
         raise UserError(f"{option} {value}: give a whole number, {least} or more")
 
@@ -49,11 +50,13 @@ def between(option: str, value: int | float, low: int | float, high: int | float
 
 
 def positive(option: str, value: float, unit: str) -> None:
+    """A finite number of ``unit`` above 0."""
     if not (math.isfinite(value) and value > 0):
         raise UserError(f"{option} {value:g}: give a number of {unit} above 0")
 
 
 def ascending(option: str, values: Sequence[float]) -> None:
+    """Numbers in ascending order, each once."""
     if list(values) != sorted(set(values)):
         shown = ",".join(f"{value:g}" for value in values)
         raise UserError(f"{option} {shown}: give ascending numbers, each once")

@@ -47,8 +47,10 @@ class Options(Protocol):
     """What a command's dataclass of options can do, beside holding them."""
 
     def check(self) -> None:
-        """Raises:
-        UserError: an option out of its range.
+        """See that the options can be meant.
+
+        Raises:
+          UserError: an option out of its range.
         """
 
 
@@ -82,7 +84,7 @@ def parse_known(kind: type[T], argv: Sequence[str], command: str) -> T:
 
 
 def _switches(kind: Any, prefix: str = "") -> Iterator[tuple[str, str]]:
-    """What precedes its name, and the name, of each option that is on or off."""
+    """(what precedes its name, its name) of each option that is on or off."""
     for name, hint in typing.get_type_hints(kind, include_extras=True).items():
         own = name
         if get_origin(hint) is Annotated:

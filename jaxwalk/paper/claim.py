@@ -22,18 +22,20 @@ BODIES: dict[BodyModel, str] = {"planar": "planar body", "walls": "between walls
 
 @dataclass(frozen=True)
 class Claim:
-    """One claim.
+    """One claim of the paper, put to the test: the ``CLAIM`` of a module of `jaxwalk.paper.claims`.
+
+    The module's functions ``measure``, ``checks``, ``table`` and ``draw`` are those that are told of here.
 
     Attributes:
       name: on the command line and of its files. title: on the page.
-      says: what the paper says. where: in it.
+      says: what the paper says. where: in which part of it.
       rule: in words, what `checks` does.
-      bodies: it is measured on. quick: and with small samples.
-      measure: the numbers of one body.
-      checks: they against the rule.
-      table: the numbers behind it, line by line, all of the same columns.
-      draw: its figure, of the bodies that were measured, if there is something to show; None: it has none.
-      trainings: names of those that it needs.
+      bodies: on which it is measured. quick: those with ``--quick``.
+      measure: measures it on one body, and gives the numbers, which ``paper.json`` keeps.
+      checks: holds the numbers of one body against the rule: an answer for each thing that is claimed.
+      table: the numbers behind the answers, line by line, all of the same columns.
+      draw: its figure, of the bodies that were measured, None if there is nothing to show; None: it has none.
+      trainings: names of those that it needs, of `jaxwalk.paper.trainings`.
     """
 
     name: str

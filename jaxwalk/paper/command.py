@@ -33,7 +33,7 @@ from jaxwalk.task import backend
 
 
 def main(args: PaperArgs) -> None:
-    """The command."""
+    """Run ``jaxwalk paper``."""
     console = Console()
     subject = named.load(args.policy)
     claims = registry()
@@ -85,8 +85,10 @@ class _Said:
 
 
 def _said(claim: Claim, store: Store) -> _Said:
-    """Raises:
-    UserError: the numbers that are kept are damaged.
+    """What the numbers that ``store`` keeps of the claim say.
+
+    Raises:
+      UserError: the numbers that are kept are damaged.
     """
     kept = store.claims[claim.name]
     try:

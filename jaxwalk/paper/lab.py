@@ -80,6 +80,7 @@ class Lab:
         self._shares: dict[str, dict[str, Interval]] = {}
 
     def sample(self, model: BodyModel) -> Sample:
+        """How much is measured on that body."""
         return _SAMPLES[self.quick, model]
 
     def subject(self, model: BodyModel) -> Subject:
@@ -90,7 +91,7 @@ class Lab:
         return named.load(self.policy, model=model)
 
     def timestep(self, model: BodyModel) -> float:
-        """Of the physics there, s."""
+        """Length of one tick on that body, s."""
         return self.subject(model).config.physics.timestep
 
     def fixed(self, model: BodyModel) -> Subject:
@@ -140,7 +141,7 @@ class Lab:
         )
 
     def profile(self, subject: Subject, model: BodyModel) -> Profile:
-        """Of unpushed walking, which recovery is held against."""
+        """The unpushed walk of ``subject``, which recovery is held against."""
         none = np.zeros(self.sample(model).walkers)
         calm = self.scenarios(subject, none, none, scenarios.CALM)
         return evaluation.profile_of(self.trial(subject, calm, self.sample(model).seconds, what="walking"))

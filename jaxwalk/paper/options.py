@@ -50,8 +50,10 @@ class PaperArgs:
         return self.out if self.trained is None else self.trained
 
     def check(self) -> None:
-        """Raises:
-        UserError: an option out of its range.
+        """See that the options can be meant.
+
+        Raises:
+          UserError: an option out of its range.
         """
         checks.policy(self.policy)
         files.check_folder("--out", self.out)

@@ -65,7 +65,7 @@ class Told:
 
     @property
     def kind(self) -> str:
-        """Of its verdict, for the style."""
+        """The name that the style sheet has for its verdict."""
         return _CLASSES[self.verdict]
 
 
@@ -88,6 +88,7 @@ class Page:
 
     @property
     def counts(self) -> list[tuple[Verdict, int]]:
+        """(verdict, how many claims have it); those that hold first, those that cannot be told last."""
         found = Counter(one.verdict for one in self.claims)
         return [(name, found[name]) for name in (HOLDS, FAILS, OPEN)]
 
@@ -128,5 +129,5 @@ def html(page: Page) -> bytes:
 
 
 def markdown(page: Page) -> bytes:
-    """The same for a repository's reader; figures are files beside it."""
+    """The page as Markdown, for a repository's reader; figures are files beside it."""
     return _render(page, "page.md", False)

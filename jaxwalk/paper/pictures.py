@@ -33,11 +33,12 @@ def panels(
 
 
 def title(axes: Axes, text: str) -> None:
+    """Put a heading over the left end of a panel."""
     axes.set_title(text, loc="left", fontsize=10, fontweight="bold")
 
 
 def bar(axes: Axes, place: float | int, interval: Mapping[str, Any], colour: str, width: float = 0.7) -> None:
-    """A mean with its interval, a thin bar."""
+    """A mean with its interval, as a bar at ``place``."""
     if interval["mean"] is None:
         return
     axes.bar(place, interval["mean"], width, color=colour, alpha=0.85)
@@ -51,7 +52,7 @@ def bar(axes: Axes, place: float | int, interval: Mapping[str, Any], colour: str
 def point(
     axes: Axes, x: float | int, interval: Mapping[str, Any], colour: str, label: str | None = None
 ) -> None:
-    """The same as a point."""
+    """A mean with its interval, as a point at ``x``."""
     if interval["mean"] is None:
         return
     down = up = 0.0
@@ -64,7 +65,7 @@ def point(
 
 
 def shares(axes: Axes) -> None:
-    """The ordinate is a share."""
+    """Let the ordinate go from 0 to 1, for shares."""
     axes.set_ylim(-0.02, 1.05)
 
 

@@ -77,7 +77,7 @@ class Store:
         self.write({})
 
     def write(self, told: Mapping[str, Any]) -> None:
-        """The file; ``told``: of each claim, what the page says of it."""
+        """Write the file; ``told``: of each claim, what the page says of it."""
         order = [name for name in self._inputs if name in self.claims]
         claims = {name: {**told.get(name, {}), **self.claims[name]} for name in order}
         files.write_json(self.path, {**self.stamp, "claims": claims})

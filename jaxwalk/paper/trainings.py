@@ -40,11 +40,11 @@ class Training:
     seeds: tuple[int, ...] = (0, 1, 2)
 
     def words_of(self, seed: int, preset: str = "quick") -> list[str]:
-        """The arguments of ``jaxwalk``."""
+        """The arguments that ``jaxwalk`` is given for one seed."""
         return ["train", "--preset", preset, *self.options, "--seed", str(seed)]
 
     def line(self, seed: int) -> str:
-        """The command for a shell."""
+        """The command as one would type it into a shell."""
         return shlex.join(["jaxwalk", *self.words_of(seed)])
 
 
@@ -78,10 +78,12 @@ class Curve:
 
 
 def policy_file(folder: Path, name: str, seed: int) -> Path:
+    """Where ``folder`` holds the policy of one run of the training called ``name``."""
     return folder / POLICIES / f"{name}-{seed}.safetensors"
 
 
 def curve_file(folder: Path, name: str, seed: int) -> Path:
+    """Where ``folder`` holds the evaluations of one run of the training called ``name``, as CSV."""
     return folder / CURVES / f"{name}-{seed}.csv"
 
 

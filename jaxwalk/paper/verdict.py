@@ -90,13 +90,13 @@ def above(interval: Interval, bar: float = 0.0) -> bool | None:
 
 
 def below(interval: Interval, bar: float = 0.0) -> bool | None:
-    """The same the other way."""
+    """Whether all of the interval is below ``bar``; False if all is above, None between."""
     answer = above(interval, bar)
     return None if answer is None else not answer
 
 
 def within(interval: Interval, low: float, high: float) -> bool | None:
-    """Whether all of the interval lies between; False if none of it does."""
+    """Whether all of the interval lies between ``low`` and ``high``; False if none of it does, None else."""
     if interval["low"] is None:
         return None
     if low <= interval["low"] and interval["high"] <= high:

@@ -80,6 +80,7 @@ class Walk:
 
     @property
     def seconds(self) -> float:
+        """How long was walked, s."""
         return (len(self.qpos) - 1) * self.timestep
 
 

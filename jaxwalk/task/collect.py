@@ -39,7 +39,7 @@ class Window(struct.PyTreeNode):
 
 
 def shortest_toe_off(numbers: GaitConfig, height: float) -> float:
-    """s, for a body of ``height`` times the reference body's."""
+    """The shortest toe-off, s, of a body of ``height`` times the reference body's."""
     return numbers.toe_off_duration_min * height**0.5
 
 

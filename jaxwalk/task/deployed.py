@@ -26,10 +26,18 @@ from jaxwalk.model.engine import Setup
 class Runtime(Protocol):
     """What `jaxwalk.deploy.Controller` and the C header's offer."""
 
-    def start(self, said: Sensors, stance: int) -> np.ndarray: ...
-    def tick(self, said: Sensors) -> np.ndarray: ...
+    def start(self, said: Sensors, stance: int) -> np.ndarray:
+        """Begin anew: the foot ``stance`` (0 left, 1 right) has just landed; gives what `tick` does."""
+        ...
+
+    def tick(self, said: Sensors) -> np.ndarray:
+        """[6] hip rate (rad/s), knee angle (rad), ankle torque (N m) until the next tick; left, right."""
+        ...
+
     @property
-    def touchdown(self) -> bool: ...
+    def touchdown(self) -> bool:
+        """Whether a foot landed in the last tick."""
+        ...
 
 
 @dataclass
@@ -84,6 +92,7 @@ class Instruments:
         self._where = physics.layout(config.body)
 
     def read(self, data: mujoco.MjData) -> Sensors:
+        """What the instruments say of ``data``, biases and noise included; to be called once a tick."""
         own, white = self._own, self._noise * self._rng.standard_normal(18)
         sensed = np.array(data.sensordata)
         before, self._velocity = self._velocity, sensed[0]

@@ -53,14 +53,17 @@ class FootstepEnv(Env):
 
     @property
     def observation_size(self) -> int:
+        """O, numbers of an observation."""
         return len(self.config.observation)
 
     @property
     def action_size(self) -> int:
+        """Numbers of an action: length and duration."""
         return len(footstep.ACTIONS)
 
     @property
     def backend(self) -> str:
+        """What moves the body, as Brax asks of its environments."""
         return "mjx"
 
     def reset(self, rng: Array) -> State:
@@ -126,7 +129,7 @@ class FootstepEnv(Env):
         return state.replace(walker=body.replace(push=push, key=noise_key))
 
     def _walk(self, state: Stepper) -> Stepper:
-        """Until the next touch-down or the end; a stall ends, so this does."""
+        """Walk until the next touch-down or the end; a stall ends, so this does."""
         task = self._task
         state = state.replace(last=state.last.replace(closed=jnp.bool_(False)))
 

@@ -41,6 +41,7 @@ class Task:
 
     @classmethod
     def of(cls, config: Config, engine: Engine = "mjx") -> Task:
+        """The task of ``config``, whose walkers ``engine`` moves."""
         ticks = round(config.train.episode_seconds / config.physics.timestep)
         return cls(Setup.of(config, engine), config.observation, config.reward, config.ddpg.gamma, ticks)
 
@@ -90,6 +91,7 @@ class Stepper(struct.PyTreeNode):
 
     @property
     def done(self) -> Bool[Array, "..."]:
+        """Whether nothing more comes: terminated or truncated."""
         return self.terminated | self.truncated
 
 

@@ -41,7 +41,7 @@ def start() -> Sway:
 
 
 def count(sway: Sway, height: Float[Array, ""], body: Walker, seconds: Float[Array, ""]) -> Sway:
-    """One tick more.
+    """What is counted after one more tick.
 
     Args:
       height: of the walker, m.

@@ -52,7 +52,7 @@ class Profile(struct.PyTreeNode):
 
     @classmethod
     def blank(cls) -> Profile:
-        """Where recovery is not asked for, or not known yet."""
+        """A profile to go on with where recovery is not asked for, or not known yet."""
         return cls(jnp.zeros(BINS), jnp.float32(0.6))
 
 

@@ -21,6 +21,7 @@ _turns = itertools.count()
 
 
 def count() -> int:
+    """Processes of this run, 1 where it is alone."""
     return jax.process_count()
 
 

@@ -42,8 +42,10 @@ class Place:
     process_id: int | None = None
 
     def check(self) -> None:
-        """Raises:
-        UserError: one without the others, or out of its range.
+        """See that the options can be meant.
+
+        Raises:
+          UserError: one without the others, or out of its range.
         """
         given = {
             "--coordinator": self.coordinator,
@@ -108,8 +110,10 @@ def joined(place: Place, go_on: str) -> Iterator[None]:
 
 
 def _connect(place: Place) -> None:
-    """Raises:
-    UserError: the others were not found.
+    """Join the other processes.
+
+    Raises:
+      UserError: the others were not found.
     """
     import jax
 
@@ -142,8 +146,10 @@ def _unfound() -> UserError:
 
 
 def _check_alike() -> None:
-    """Raises:
-    Agreed: one process has more devices than another.
+    """See that all processes have equally many devices.
+
+    Raises:
+      Agreed: one process has more devices than another.
     """
     import jax
 
@@ -159,8 +165,10 @@ def _check_alike() -> None:
 
 
 def _check_free(coordinator: str) -> None:
-    """Raises:
-    UserError: somebody listens already where the first process is to.
+    """See that nobody listens at the address of the first process yet.
+
+    Raises:
+      UserError: somebody listens already where the first process is to.
     """
     try:
         socket.create_server(("", int(coordinator.rpartition(":")[2]))).close()

@@ -215,8 +215,10 @@ class _Run:
         self.rows: list[dict[str, float]] = []
 
     def report(self, footsteps: int, metrics: Mapping[str, Any]) -> None:
-        """Raises:
-        _Ended: the user wishes so.
+        """Examine the policy that Brax has come to, and keep it; as the best one if it is.
+
+        Raises:
+          _Ended: the user wishes so.
         """
         self.footsteps = footsteps
         origin = dict(seed=self.args.seed, command=self.command, footsteps=footsteps)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def main(args: PPOArgs | SACArgs, typed: str) -> None:
-    """The command.
+    """Run ``jaxwalk train-baseline``.
 
     Args:
       typed: it, as it was given, which the run's record holds.

@@ -42,8 +42,10 @@ class PPO:
     """Standard deviation of the first policy, before tanh."""
 
     def check(self) -> None:
-        """Raises:
-        UserError: an option out of its range.
+        """See that the options can be meant.
+
+        Raises:
+          UserError: an option out of its range.
         """
         for name in ("walkers", "unroll_length", "batch_size", "minibatches", "epochs"):
             checks.whole(f"--{name.replace('_', '-')}", getattr(self, name))
@@ -81,8 +83,10 @@ class SAC:
     """Standard deviation of the first policy, before tanh."""
 
     def check(self) -> None:
-        """Raises:
-        UserError: an option out of its range.
+        """See that the options can be meant.
+
+        Raises:
+          UserError: an option out of its range.
         """
         for name in ("walkers", "batch_size"):
             checks.whole(f"--{name.replace('_', '-')}", getattr(self, name))
@@ -117,26 +121,30 @@ class _Common:
 
 
 @dataclass(frozen=True)
-class PPOArgs(_Common):
+class PPOArgs(_Common):  # noqa: D101  # a docstring cannot be an f-string
     __doc__ = f"Train a policy with PPO {LEARNED}."
     settings: Annotated[PPO, tyro.conf.arg(name="")] = field(default_factory=PPO)
 
     def check(self) -> None:
-        """Raises:
-        UserError: an option out of its range, or a run folder that cannot be used.
+        """See that the options can be meant.
+
+        Raises:
+          UserError: an option out of its range, or a run folder that cannot be used.
         """
         self._check()
         self.settings.check()
 
 
 @dataclass(frozen=True)
-class SACArgs(_Common):
+class SACArgs(_Common):  # noqa: D101  # a docstring cannot be an f-string
     __doc__ = f"Train a policy with SAC {LEARNED}."
     settings: Annotated[SAC, tyro.conf.arg(name="")] = field(default_factory=SAC)
 
     def check(self) -> None:
-        """Raises:
-        UserError: an option out of its range, or a run folder that cannot be used.
+        """See that the options can be meant.
+
+        Raises:
+          UserError: an option out of its range, or a run folder that cannot be used.
         """
         self._check()
         self.settings.check()

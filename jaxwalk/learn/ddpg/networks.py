@@ -38,6 +38,7 @@ class Dense(nn.Module):
 
     @nn.compact
     def __call__(self, x: Float[Array, "I N"]) -> Float[Array, "F N"]:
+        """Columns [in, N] to columns [features, N]."""
         kernel = self.param("kernel", self.kernel_init, (x.shape[0], self.features))
         bias = self.param("bias", nn.initializers.zeros, (self.features,))
         return kernel.T @ x + bias[:, None]
@@ -48,6 +49,7 @@ class LayerNorm(nn.Module):
 
     @nn.compact
     def __call__(self, x: Float[Array, "F N"]) -> Float[Array, "F N"]:
+        """Each column brought to mean 0 and variance 1, then scaled and shifted row by row."""
         scale = self.param("scale", nn.initializers.ones, x.shape[:1])
         bias = self.param("bias", nn.initializers.zeros, x.shape[:1])
         mean = jnp.mean(x, axis=0)
@@ -68,6 +70,7 @@ class Actor(nn.Module):
 
     @nn.compact
     def __call__(self, observation: Float[Array, "*B O"]) -> Float[Array, "*B A"]:
+        """The actions for normalised observations."""
         x = _columns(observation)
         for i, width in enumerate(self.hidden):
             x = nn.relu(Dense(width, _hidden_init, name=f"hidden_{i}")(x))
@@ -90,6 +93,7 @@ class Critic(nn.Module):
 
     @nn.compact
     def __call__(self, observation: Float[Array, "*B O"], action: Float[Array, "*B A"]) -> Float[Array, "*B"]:
+        """The values of actions at normalised observations."""
         x = jnp.concatenate([_columns(observation), _columns(action)])
         for i, width in enumerate(self.hidden):
             x = Dense(width, _hidden_init, name=f"hidden_{i}")(x)

@@ -34,6 +34,7 @@ class Replay:
 
     @property
     def capacity(self) -> int:
+        """C, transitions that one ring has room for."""
         return self.rows.reward.shape[1]
 
 

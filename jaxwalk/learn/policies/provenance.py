@@ -15,7 +15,7 @@ from jaxwalk.learn.policies.named import Subject
 from jaxwalk.task import backend
 
 FORMAT = 1
-"""Of the JSON files; a reader refuses others."""
+"""Format of the JSON files; a reader refuses others."""
 OUTPUTS = ("out", "json", "results")  # options that say where results go, not what they are
 
 

@@ -157,6 +157,7 @@ class RunFolder:
             (self.path / SUMMARY).unlink(missing_ok=True)
 
     def close(self) -> None:
+        """Close the files of the metrics; nothing can be logged after it."""
         if not self.writes:
             return
         try:

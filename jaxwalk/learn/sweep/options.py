@@ -53,17 +53,19 @@ class SweepArgs:
 
     @property
     def folder(self) -> Path:
-        """For the trials and the results."""
+        """The folder of the trials and the results."""
         return self.run_dir or Path("runs") / self.study
 
     @property
     def where(self) -> str:
-        """The study is kept."""
+        """Where the study is kept: a path or a URL."""
         return self.storage or str(self.folder / "study.journal")
 
     def check(self) -> None:
-        """Raises:
-        UserError: an option out of its range, a space without sense, or a folder that cannot be used.
+        """See that the options can be meant.
+
+        Raises:
+          UserError: an option out of its range, a space without sense, or a folder that cannot be used.
         """
         if not self.study or "/" in self.study or self.study.startswith("."):
             raise UserError(f"--study {self.study}: give a name that a folder can have")

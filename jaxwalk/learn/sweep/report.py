@@ -66,6 +66,7 @@ def importance(study: Study) -> dict[str, float]:
 
 
 def shown(value: float | int | str) -> str:
+    """An option's value as a table shows it: fractions in four digits."""
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 

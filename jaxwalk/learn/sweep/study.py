@@ -43,21 +43,25 @@ class ByNumber(BaseSampler):
         return self._own
 
     def infer_relative_search_space(self, study: Study, trial: FrozenTrial) -> dict[str, BaseDistribution]:
+        """The options that are drawn together, as the trial's own TPE says."""
         return self._of(trial).infer_relative_search_space(study, trial)
 
     def sample_relative(
         self, study: Study, trial: FrozenTrial, search_space: dict[str, BaseDistribution]
     ) -> dict[str, Any]:
+        """The values of those, by their names."""
         return self._of(trial).sample_relative(study, trial, search_space)
 
     def sample_independent(
         self, study: Study, trial: FrozenTrial, param_name: str, param_distribution: BaseDistribution
     ) -> Any:
+        """The value of an option that is drawn by itself."""
         return self._of(trial).sample_independent(study, trial, param_name, param_distribution)
 
     def after_trial(
         self, study: Study, trial: FrozenTrial, state: TrialState, values: Sequence[float] | None
     ) -> None:
+        """Tell the trial's own TPE that the trial has ended."""
         self._of(trial).after_trial(study, trial, state, values)
 
 
@@ -128,7 +132,7 @@ def open_study(
 
 
 def _plain(value: Any) -> Any:
-    """As JSON gives it back."""
+    """``value`` as it comes back from JSON: tuples become lists."""
     if isinstance(value, dict):
         return {key: _plain(item) for key, item in value.items()}
     return [_plain(item) for item in value] if isinstance(value, list | tuple) else value
@@ -147,7 +151,8 @@ def _open(storage: str) -> optuna.storages.BaseStorage:
 
 @contextlib.contextmanager
 def one_line_errors(storage: str) -> Iterator[None]:
-    """
+    """Within it, what goes wrong with the storage becomes one line for the user.
+
     Raises:
       UserError: what is done in here with the storage fails.
     """

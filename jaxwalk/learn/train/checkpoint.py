@@ -37,7 +37,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """What is saved.
+    """A run's state, as it is saved.
 
     Attributes:
       arrays: by name; owned by nobody else. On the host, or as `pack` leaves them on the devices.

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def main(args: TrainArgs, typed: str) -> None:
-    """The command.
+    """Run ``jaxwalk train``.
 
     Args:
       typed: it, as it was given, which the run's record holds.

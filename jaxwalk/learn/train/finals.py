@@ -67,7 +67,7 @@ class Finals:
         return sorted(examined, key=lambda found: -found[1].score)
 
     def exam(self) -> Exam:
-        """What they are put through; its parameters are a policy without origin."""
+        """What the finalists are put through; its parameters are a policy without origin."""
         return Exam(self._config, policy.act, self._mesh, self._seed, scenarios.FINALS, IMPULSES, REPLICAS)
 
     def _examine(self, policies: Sequence[Policy]) -> list[Marks]:

@@ -139,7 +139,7 @@ class _Seed:
 
     @contextlib.contextmanager
     def alone(self) -> Iterator[None]:
-        """What fails in here is this seed's own affair."""
+        """Within it, what fails ends this seed's training, and no other's."""
         try:
             yield
         except UserError as error:
@@ -171,7 +171,7 @@ class _Many:
         return [one for one, is_wanted in zip(self.seeds, wanted, strict=True) if is_wanted]
 
     def _evaluate(self) -> None:
-        """All whose turn has come, at once."""
+        """Evaluate, all at once, the seeds whose turn has come."""
         due = [
             not one.failed
             and one.run.evaluation_due(one.footsteps)

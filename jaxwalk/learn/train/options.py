@@ -50,8 +50,10 @@ class TrainArgs:
     config: Annotated[Config, tyro.conf.arg(name="")] = field(default_factory=Config)
 
     def check(self) -> None:
-        """Raises:
-        UserError: an option out of its range, or a run folder that cannot be used.
+        """See that the options can be meant.
+
+        Raises:
+          UserError: an option out of its range, or a run folder that cannot be used.
         """
         checks.seed(self.seed)
         checks.between("--seeds", self.seeds, 1, 1024, ", each a training of its own")
@@ -67,6 +69,7 @@ class TrainArgs:
 
     @property
     def place(self) -> Place:
+        """Where this process finds the others, if there are any."""
         return Place(self.coordinator, self.processes, self.process_id)
 
 

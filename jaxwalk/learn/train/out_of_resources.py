@@ -14,7 +14,8 @@ from jaxwalk.config import Config
 
 @contextlib.contextmanager
 def explained(config: Config, path: Path) -> Iterator[None]:
-    """
+    """Within it, a full disk or memory becomes one line for the user.
+
     Raises:
       UserError: the disk of the run in ``path``, or the memory, is full.
     """

@@ -93,8 +93,10 @@ def _open(begin: Callable[[], RunFolder]) -> tuple[RunFolder, str]:
 
 
 def _check_split(config: Config) -> None:
-    """Raises:
-    UserError: several processes, and a device that would have no walkers.
+    """See that each device of several processes would have walkers.
+
+    Raises:
+      UserError: several processes, and a device that would have no walkers.
     """
     count = jax.device_count()
     if collectives.count() > 1 and devices.mesh(device_loop.rings(config)).size != count:

@@ -11,7 +11,7 @@ from jaxwalk.learn.train.evaluation import Assessment
 
 @dataclass
 class Record:
-    """Kept up to date by the run.
+    """What a run has come to so far; it keeps this up to date.
 
     Attributes:
       seconds: trained before this process, s. compile_seconds: until the first report, s.

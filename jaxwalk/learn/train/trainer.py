@@ -101,6 +101,7 @@ class Training:
         return Checkpoint(checkpoint.pack(self.state), notes)
 
     def save(self, now: Checkpoint | None = None, wait: bool = False) -> None:
+        """Begin a checkpoint of ``now``, default the run as it is; ``wait``: until it is on disk."""
         if self.store is None:
             return
         now = now or self._snapshot()
@@ -109,6 +110,7 @@ class Training:
         self.saved = time.perf_counter()
 
     def save_if_due(self) -> None:
+        """Begin a checkpoint, ``checkpoint_seconds`` after the last one, unless one is being written."""
         if self.config.train.checkpoint_seconds <= 0 or self.store is None:
             return
         due = time.perf_counter() - self.saved >= self.config.train.checkpoint_seconds
@@ -121,6 +123,7 @@ class Training:
         return self.record.seconds + time.perf_counter() - self.started
 
     def go(self) -> None:
+        """Train, report, evaluate and save until all footsteps are made or somebody ends it; `finish`."""
         total = self.config.train.footsteps
         if collectives.count() > 1:  # as in `device_loop.init`
             self.advance = self.advance.lower(self.state).compile()
@@ -155,6 +158,7 @@ class Training:
         return any(self.record.evaluated < one <= footsteps for one in due)
 
     def report(self, footsteps: int, counts: device_loop.Counts, seconds: float) -> None:
+        """Log and show what ``counts`` say of the last ``seconds`` s; go back if training has diverged."""
         steps = max(float(counts.footsteps), 1.0)
         metrics = jax.device_get(self.state.learner.metrics)
         self.record.totals["falls"] += float(counts.falls)
@@ -227,6 +231,7 @@ class Training:
         )
 
     def evaluate(self, footsteps: int) -> None:
+        """Examine the averaged learner, and keep its policy; as the best one if it is."""
         current = devices.here(learner.averaged(self.state.learner), self.mesh)
         found = self.assess(current)
         record = self.record
@@ -280,6 +285,11 @@ class Training:
         return [{"footsteps": one.metadata.footsteps, **asdict(marks)} for one, marks in settled]
 
     def finish(self, footsteps: int, interrupted: bool) -> None:
+        """Settle which policy is kept, write the summary, and draw and tell how it ended.
+
+        Raises:
+          Agreed: no evaluation came to a finite score.
+        """
         if not self.record.found:
             raise Agreed(
                 f"no evaluation of the run in {self.folder.path} came to a finite score: no policy "

@@ -35,7 +35,7 @@ def agreement(subject: Subject, test: PushTest, tell: Tell = lambda what, share:
 
 
 def main(args: AgreementArgs) -> None:
-    """The command."""
+    """Run ``jaxwalk agreement``."""
     subject = named.load(args.policy, height=args.height, mass=args.mass)
     title = f"{args.policy}: {args.replicas} walkers a cell and engine"
     study.carry_out(

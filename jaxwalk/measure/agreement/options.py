@@ -36,8 +36,10 @@ class AgreementArgs:
     """Seed of everything that is drawn at random; both engines get the same."""
 
     def check(self) -> None:
-        """Raises:
-        UserError: an option out of its range.
+        """See that the options can be meant.
+
+        Raises:
+          UserError: an option out of its range.
         """
         checks.policy(self.policy)
         checks.impulses("--impulses", self.impulses)

@@ -244,7 +244,7 @@ def _trained(compiled: Any, state: TrainState) -> Callable[[], tuple[float, floa
 
 
 def memory(compiled: Any) -> dict[str, int] | None:
-    """Of one device, bytes, by XLA's own analysis; None where it makes none."""
+    """What ``compiled`` needs on one device, bytes, by XLA's own analysis; None where it makes none."""
     told = compiled.memory_analysis()
     if told is None:
         return None

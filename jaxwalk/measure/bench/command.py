@@ -58,7 +58,7 @@ def _checkpoint(programs: dict[str, Program], every: float) -> dict[str, float]:
 
 
 def main(args: BenchArgs) -> None:
-    """The command, or what its options ask for instead."""
+    """Run ``jaxwalk bench``, or what its options ask for instead."""
     if args.deploy is not None:
         deploy_latency.main(args.deploy, args)
         return

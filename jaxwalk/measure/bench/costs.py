@@ -32,7 +32,7 @@ _METADATA = re.compile(r', metadata=\{(?:[^{}"]|"[^"]*")*\}')
 
 @dataclass(frozen=True)
 class Cost:
-    """Of one call, on one device.
+    """What one call costs on one device.
 
     Attributes:
       flops: floating-point operations; those of calls to libraries (LAPACK) are not known to XLA.
@@ -102,7 +102,7 @@ class _Program:
         return self.once(self.entry) + self.more(self.entry)
 
     def once(self, name: str) -> Cost:
-        """By XLA's analysis, every loop within turning once."""
+        """What ``name`` costs by XLA's analysis, every loop within turning once."""
         if name not in self._known:
             text = self.alone(name)
             self._known[name] = self.analyse(text) + _kernels(text)
@@ -137,14 +137,14 @@ class _Program:
         return found
 
     def turns(self, line: str) -> float:
-        """Of the loop in ``line``."""
+        """How often the loop in ``line`` turns."""
         if known := _TURNS.search(line):
             return float(known[1])
         return self.solver if "solve/while" in line else self.others
 
 
 def _kernels(text: str) -> Cost:
-    """Of the kernels in ``text``, which tell it themselves: XLA knows nothing of them.
+    """What the kernels in ``text`` cost, which tell it themselves: XLA knows nothing of them.
 
     Of native code XLA counts the bytes: what goes in and what comes out.
     """

@@ -100,7 +100,7 @@ def measure(name: str, args: BenchArgs, tell: Callable[[str], None] = lambda wha
 
 
 def main(name: str, args: BenchArgs) -> None:
-    """The command, of the policy called ``name``."""
+    """Run ``jaxwalk bench --deploy POLICY`` for the policy called ``name``."""
     console = Console()
     with console.status("starting") as status:
         result = measure(name, args, status.update)

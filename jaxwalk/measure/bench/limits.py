@@ -61,11 +61,11 @@ class Rollouts:
 
     @property
     def steps(self) -> int:
-        """In one call."""
+        """Physics steps that one call makes, of all walkers."""
         return self.control.shape[0] * self.control.shape[1]
 
     def run(self) -> np.ndarray:
-        """[B, T, S] the states."""
+        """Make one call; gives the states, [B, T, S]."""
         states, _ = rollout.rollout(
             self.models, self.data, self.state, self.control, initial_warmstart=self.warmstart,
             persistent_pool=True,

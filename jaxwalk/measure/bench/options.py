@@ -36,8 +36,10 @@ class BenchArgs:
     """File for the results, replaced if there. Default: a table on the screen only."""
 
     def check(self) -> None:
-        """Raises:
-        UserError: an option out of its range.
+        """See that the options can be meant.
+
+        Raises:
+          UserError: an option out of its range.
         """
         checks.whole("--walkers", self.walkers)
         checks.positive("--seconds", self.seconds, "seconds")
@@ -67,7 +69,7 @@ class BenchArgs:
             raise UserError(f"--walkers {self.walkers}: --batches tells how many; leave one of the two out")
 
     def sizes(self) -> tuple[int, ...]:
-        """Of the batches, walkers."""
+        """Walkers of each batch."""
         return tuple(map(int, self.batches)) or (self.walkers,)
 
     @staticmethod

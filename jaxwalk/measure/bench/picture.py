@@ -23,7 +23,7 @@ def on_cpu(result: Mapping[str, Any]) -> bool:
 
 
 def curves(result: Mapping[str, Any], absolute: bool) -> dict[str, list[tuple[int, float]]]:
-    """Of each program and of C MuJoCo: (walkers, ticks a second), batches that were left out missing.
+    """(walkers, ticks a second) of each program and of C MuJoCo; batches that were left out are missing.
 
     Args:
       absolute: or else in units of the bare step's in the smallest batch. As batches are measured one after

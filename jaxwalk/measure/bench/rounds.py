@@ -57,6 +57,7 @@ class Program:
     processor: list[float] = field(default_factory=list)
 
     def time(self) -> None:
+        """Make one call, and note how long it took and what it made."""
         begun, spent = time.perf_counter(), time.process_time()
         footsteps, updates = self.run()
         self.seconds.append(time.perf_counter() - begun)

@@ -44,7 +44,7 @@ def bench(args: BenchArgs, tell: Callable[[str], None] = lambda what: None) -> d
 
 
 def main(args: BenchArgs) -> None:
-    """The command."""
+    """Run ``jaxwalk bench --stages`` or ``--batches``."""
     console = Console()
     with console.status("starting") as status:
         result = bench(args, status.update)
@@ -81,7 +81,7 @@ def _empty(title: str, caption: str, headings: Sequence[str]) -> Table:
 
 
 def _times(row: Mapping[str, Any], on_cpu: bool) -> Table:
-    """Ratios; on a GPU rates too. On a CPU what a stage adds is also told in processor time."""
+    """A table of time: ratios, and rates on a GPU; on a CPU, what a stage adds in processor time, too."""
     headings = ["of bare", "of C", "adds", "adds, CPU" if on_cpu else "ticks/s", "compile, s"]
     caption = "adds: share of training's time; * from the compilation cache"
     table = _empty(f"{row['walkers']} walkers, {row['ticks_per_call']} ticks a call", caption, headings)
@@ -105,7 +105,7 @@ def _times(row: Mapping[str, Any], on_cpu: bool) -> Table:
 
 
 def _costs(row: Mapping[str, Any]) -> Table:
-    """By XLA's analysis."""
+    """A table of what each stage costs by XLA's analysis."""
     headings = ["kflop/tick", "kB/tick", "of peak flop/s", "of peak B/s", "MB"]
     table = _empty("", "by XLA's analysis; MB: arguments and scratch of one device", headings)
     for name, one in row["programs"].items():

@@ -13,7 +13,7 @@ from jaxwalk.config.presets import PRESETS, of_machine
 
 
 def configured(walkers: int) -> Config:
-    """What is trained here."""
+    """The configuration that is timed: training in a batch of ``walkers``."""
     preset = PRESETS[of_machine()]
     # Updates begin as soon as there is something to learn from; nothing else departs from `jaxwalk train`.
     return dataclasses.replace(
@@ -24,7 +24,7 @@ def configured(walkers: int) -> Config:
 
 
 def memory() -> dict[str, float | None]:
-    """Peaks since the process began, MB; None where the devices do not tell (CPUs)."""
+    """Most memory held since the process began, MB; None where the devices do not tell (CPUs)."""
     unit = 1 if sys.platform == "darwin" else 1024  # bytes there, KiB elsewhere
     stats = [device.memory_stats() for device in jax.local_devices()]
     known = [s["peak_bytes_in_use"] for s in stats if s and "peak_bytes_in_use" in s]

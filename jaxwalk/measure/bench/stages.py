@@ -70,7 +70,7 @@ def plant_steps(task: Task, body: Walker, commands: Float[Array, "T 6"]) -> Plan
 
 
 def sensed_steps(task: Task, body: Walker, commands: Float[Array, "T 6"]) -> Sensed:
-    """And the instruments read, without noise."""
+    """The ticks of `plant_steps`, and the instruments read, without noise."""
     return _replayed(
         task, _sensed_tick, Sensed(body.plant, body.sensors, body.estimate), body.person, commands
     )

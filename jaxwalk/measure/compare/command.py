@@ -109,7 +109,7 @@ def table(result: dict[str, Any]) -> bytes:
 
 
 def main(args: CompareArgs) -> None:
-    """The command."""
+    """Run ``jaxwalk compare``."""
     entries, loaded = load(args)
     config = loaded[0][0].subject.config
     test = PushTest.of(args).sized(config, few=4)
@@ -152,7 +152,7 @@ def _print(console: Console, result: dict[str, Any]) -> None:
 
 
 def _told(figure: Figures, form: str, reach: float = 0.0) -> str:
-    """Mean (least to most); + where a seed survived the largest impulse of the grid."""
+    """Mean (least to most) of the seeds; + where one survived the largest impulse of the grid."""
     mean, least, most = figure["mean"], figure["min"], figure["max"]
     if mean is None or least is None or most is None:
         return "-"

@@ -54,5 +54,5 @@ def _entry(text: str) -> Entry:
 
 
 def _all_of(run: str) -> tuple[str, ...]:
-    """Itself, or the runs in it where it is a folder of several seeds."""
+    """The run itself, or the runs in it where it is a folder of several seeds."""
     return tuple(map(str, seeds_folder.members(Path(run)))) if seeds_folder.is_parent(Path(run)) else (run,)

@@ -61,8 +61,10 @@ class CompareArgs:
     """Seed of everything that is drawn at random."""
 
     def check(self) -> None:
-        """Raises:
-        UserError: an option out of its range, a policy that is missing, or a name given twice.
+        """See that the options can be meant.
+
+        Raises:
+          UserError: an option out of its range, a policy that is missing, or a name given twice.
         """
         for one in groups.parse(self.policies):
             for member in one.members:

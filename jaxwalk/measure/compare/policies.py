@@ -51,8 +51,10 @@ def load(entries: Sequence[Entry], **changes: Any) -> list[list[Member]]:
 
 
 def check_world(first: Subject, other: Subject) -> None:
-    """Raises:
-    UserError: they do not walk in one world.
+    """See that two policies walk in one world: body, physics, sensors and speed.
+
+    Raises:
+      UserError: they do not walk in one world.
     """
     for field, ours, theirs in _differences(first.config, other.config):
         if field.split(".")[0] in _WORLD or field in _AIM:

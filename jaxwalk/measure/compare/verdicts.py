@@ -25,7 +25,7 @@ def common(impulses: Sequence[float], results: Sequence[Mapping[str, Any]]) -> l
 def figures(
     result: Mapping[str, Any], shared: Sequence[float], training: Mapping[str, int | float | None]
 ) -> Figures:
-    """One seed's, in the order in which they are shown; None where there is none.
+    """The figures of one seed, in the order in which they are shown; None where there is none.
 
     Args:
       result: of ``jaxwalk evaluate``.
@@ -53,7 +53,7 @@ def figures(
 
 
 def spread(seeds: Sequence[Figures]) -> dict[str, Figures]:
-    """Of each figure over the seeds that have it: mean, sd (of the sample; None for one), min and max."""
+    """Mean, sd (of the sample; None for one), min and max of each figure over the seeds that have it."""
     found = {}
     for name in seeds[0]:
         values = [x for x in (one[name] for one in seeds) if x is not None]

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def main(args: EvaluateArgs) -> None:
-    """The command."""
+    """Run ``jaxwalk evaluate``."""
     subject = named.load(
         args.policy,
         speed=args.speed,

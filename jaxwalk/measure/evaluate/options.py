@@ -55,8 +55,10 @@ class EvaluateArgs:
     """File for the results, replaced if there. Default: a table on the screen only."""
 
     def check(self) -> None:
-        """Raises:
-        UserError: an option out of its range.
+        """See that the options can be meant.
+
+        Raises:
+          UserError: an option out of its range.
         """
         checks.policy(self.policy)
         checks.whole("--walkers", self.walkers)

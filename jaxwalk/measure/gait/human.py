@@ -32,7 +32,7 @@ SOURCES = {
 
 @dataclass(frozen=True)
 class Human:
-    """One published figure.
+    """One published figure of healthy people.
 
     Attributes:
       mean: in the unit of the measure.
@@ -70,7 +70,7 @@ def people(height: float) -> dict[str, Human]:
 
 
 def _of(mean: float, sd: float, unit: float = 1.0, power: float = 0.0) -> Human:
-    """From a figure in multiples of ``unit``."""
+    """The figure of a source that gives mean and standard deviation in multiples of ``unit``."""
     return Human(unit * mean, unit * (mean - sd), unit * (mean + sd), power=power)
 
 

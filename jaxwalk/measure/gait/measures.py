@@ -184,5 +184,5 @@ def symmetry(measured: Measured) -> dict[str, dict[str, float]]:
 
 
 def symmetry_index(left: float, right: float) -> float:
-    """Robinson's, per cent."""
+    """Robinson's symmetry index, per cent: 0 if both sides are alike, positive if the left is larger."""
     return 100 * (left - right) / (0.5 * (left + right))

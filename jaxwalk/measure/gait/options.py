@@ -34,8 +34,10 @@ class GaitArgs:
     """Seed of everything that is drawn at random."""
 
     def check(self) -> None:
-        """Raises:
-        UserError: an option out of its range.
+        """See that the options can be meant.
+
+        Raises:
+          UserError: an option out of its range.
         """
         checks.policy(self.policy)
         checks.whole("--walkers", self.walkers)

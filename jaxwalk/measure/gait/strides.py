@@ -33,10 +33,12 @@ class Cycle:
 
     @property
     def ticks(self) -> int:
+        """How long it lasts, in ticks."""
         return self.stop - self.start
 
     @property
     def stance_share(self) -> float:
+        """Share of the cycle from touch-down to toe-off."""
         return (self.toe_off - self.start) / self.ticks
 
 

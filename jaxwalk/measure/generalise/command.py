@@ -109,7 +109,7 @@ def table(rows: list[dict[str, Any]]) -> bytes:
 
 
 def main(args: GeneraliseArgs) -> None:
-    """The command."""
+    """Run ``jaxwalk generalise``."""
     plan = planned(args)  # before minutes of work
     subject = first(plan)
     study.carry_out(

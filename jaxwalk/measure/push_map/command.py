@@ -77,7 +77,7 @@ def _pendulum(subject: Subject, walked: Trial, found: table.Table) -> Pendulum:
 
 
 def main(args: PushMapArgs) -> None:
-    """The command."""
+    """Run ``jaxwalk push-map``."""
     subject = named.load(args.policy, model=args.model)
     args = backend.sized(args, subject.config, *REPLICAS)
     grid = Grid.even(args.impulses, args.phases, args.points, args.durations, args.replicas or 0, args.seed)

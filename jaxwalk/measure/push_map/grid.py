@@ -56,7 +56,7 @@ class Grid:
 
     @property
     def size(self) -> int:
-        """Trials."""
+        """How many trials there are."""
         return int(np.prod(self.shape))
 
     def columns(self) -> dict[str, NDArray]:

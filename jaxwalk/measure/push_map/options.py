@@ -45,8 +45,10 @@ class PushMapArgs:
     """Seed of everything that is drawn at random."""
 
     def check(self) -> None:
-        """Raises:
-        UserError: an option out of its range.
+        """See that the options can be meant.
+
+        Raises:
+          UserError: an option out of its range.
         """
         checks.policy(self.policy)
         for option, values in (

@@ -111,12 +111,12 @@ def _limits(grid: Grid, pendulum: Pendulum) -> dict[str, NDArray[np.floating]]:
 
 
 def _share(size: float | None, limit: float) -> float | None:
-    """Of the limit; None where nothing was tried, or the pendulum could bear nothing at all."""
+    """``size`` as a share of the pendulum's limit; None where nothing was tried or the limit is 0."""
     return None if size is None or limit <= 0 else float(size / limit)
 
 
 def _told(grid: Grid, found: dict[str, float | None], mass: float) -> dict[str, Any]:
-    """N s and N s/kg; censored: the grid ended before the walker did. None: nothing was tried that way."""
+    """Thresholds, N s and N s/kg; None: nothing tried. Censored: the grid ended before the walker did."""
     ends = {"forward": max(grid.impulses), "backward": -min(grid.impulses)}
     return {
         way: None

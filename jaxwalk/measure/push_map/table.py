@@ -48,6 +48,7 @@ class Table:
 
     @classmethod
     def empty(cls, grid: Grid, identity: dict[str, Any]) -> Table:
+        """A table in which no trial is done yet."""
         columns = {name: np.zeros(grid.size, kind) for name, kind in RESULTS.items()}
         return cls(grid, identity, np.zeros(grid.size, np.bool_), columns)
 

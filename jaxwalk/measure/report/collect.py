@@ -109,7 +109,7 @@ def _is_of(result: dict[str, Any], subject: Subject | None) -> bool:
 
 
 def members(result: dict[str, Any]) -> list[dict[str, Any]]:
-    """Those that a comparison measured; of other commands none."""
+    """The policies that a comparison measured, seed by seed; none for other commands."""
     found = result.get("policies")
     if not isinstance(found, list):
         return []

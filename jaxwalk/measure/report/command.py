@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def main(args: ReportArgs) -> None:
-    """The command."""
+    """Run ``jaxwalk report``."""
     subject = named.load(args.policy)
     console = Console()
     parts = [part for name, part in PARTS.items() if name in args.parts]
@@ -125,7 +125,7 @@ def _counted(devices: Sequence[str]) -> str:
 
 
 def _versions(found: Sequence[Found]) -> Table:
-    """A column for each set of versions; one, if all parts were measured with the same."""
+    """A table with a column for each set of versions; one, if all parts were measured with the same."""
     columns: dict[tuple[tuple[str, str], ...], list[str]] = {}
     for one in found:
         columns.setdefault(tuple(sorted(one.result["versions"].items())), []).append(one.part.title)
@@ -136,7 +136,7 @@ def _versions(found: Sequence[Found]) -> Table:
 
 
 def _configuration(config: Config) -> tuple[Table, ...]:
-    """A table for each part of it."""
+    """A table for each part of the configuration."""
     defaults = dict(validate.leaves(Config()))
     groups: dict[str, list[tuple[str, str]]] = {}
     for name, value in validate.leaves(config):

@@ -17,7 +17,7 @@ _HEADER = (
 
 
 def generalise(result: dict[str, Any]) -> Section:
-    """Of ``jaxwalk generalise``."""
+    """What the results of ``jaxwalk generalise`` say."""
     rows = result["rows"]
     names = list(dict.fromkeys(row["policy"] for row in rows))
     each = {name: [row for row in rows if row["policy"] == name] for name in names}

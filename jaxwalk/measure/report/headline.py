@@ -23,7 +23,7 @@ _ROWS = {
 
 
 def table(found: Mapping[Name, dict[str, Any]], subject: Subject) -> Table | None:
-    """Of the comparison, where both met the same trials; without one of the evaluation; else None."""
+    """The numbers, out of the comparison, where both met the same trials, or of the evaluation; else None."""
     if "compare" in found:
         result = found["compare"]
         members = collect.members(result)

@@ -28,7 +28,7 @@ _PHYSICS = {  # of `sensitivity`: words, the unit that values are shown in, and 
 
 
 def sensitivity(result: dict[str, Any]) -> Section:
-    """Of ``jaxwalk sensitivity``."""
+    """What the results of ``jaxwalk sensitivity`` say."""
     rows, largest = result["rows"], reach(result["options"]["impulses"])
 
     def setting(row: dict[str, Any]) -> str:
@@ -67,7 +67,7 @@ def sensitivity(result: dict[str, Any]) -> Section:
 
 
 def agreement(result: dict[str, Any]) -> Section:
-    """Of ``jaxwalk agreement``."""
+    """What the results of ``jaxwalk agreement`` say."""
     engines, cells, largest = result["engines"], result["cells"], reach(result["cells"]["impulses"])
     names = list(engines)
     difference, error = result["walking"]["speed_mean"], result["walking"]["speed_standard_error"]
@@ -109,7 +109,7 @@ def agreement(result: dict[str, Any]) -> Section:
 
 
 def gait(result: dict[str, Any]) -> Section:
-    """Of ``jaxwalk gait``."""
+    """What the results of ``jaxwalk gait`` say."""
     strides, measures = result["strides"], result["measures"]
     known = {name: one["human"] for name, one in measures.items() if one.get("human")}
     ranged = {name: one for name, one in known.items() if one["low"] is not None}
@@ -154,7 +154,7 @@ def gait(result: dict[str, Any]) -> Section:
 
 
 def bench(result: dict[str, Any]) -> Section:
-    """Of ``jaxwalk bench``."""
+    """What the results of ``jaxwalk bench`` say."""
     programs, ratios = result["programs"], result["ratios"]
     told = ", ".join(
         f"{name.partition('/')[0].replace('_', ' ')} at {ratio:.2f}" for name, ratio in ratios.items()

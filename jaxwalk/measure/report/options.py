@@ -39,12 +39,14 @@ class ReportArgs:
 
     @property
     def folder(self) -> Path:
-        """Of the results."""
+        """The folder of the results."""
         return self.out.with_suffix("") if self.results is None else self.results
 
     def check(self) -> None:
-        """Raises:
-        UserError: an option out of its range.
+        """See that the options can be meant.
+
+        Raises:
+          UserError: an option out of its range.
         """
         checks.policy(self.policy)
         if self.out.suffix.lower() not in (".html", ".htm"):

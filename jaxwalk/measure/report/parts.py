@@ -46,7 +46,7 @@ class Part:
 
     @property
     def module(self) -> str:
-        """Whose ``main`` takes its options: beside them."""
+        """The module whose ``main`` runs the command: ``command``, beside its ``options``."""
         return self.kind.__module__.removesuffix("options") + "command"
 
     def place(self, folder: Path) -> dict[str, Path]:

@@ -29,7 +29,7 @@ _MOST = f"{SURVIVED:.0%}".replace("%", " %")
 
 
 def evaluate(result: dict[str, Any]) -> Section:
-    """Of ``jaxwalk evaluate``."""
+    """What the results of ``jaxwalk evaluate`` say."""
     walking, options = result["walking"], result["options"]
     walkers, replicas = options["walkers"], options["replicas"]
     up = pooled(round(walking["survival"] * walkers), walkers)
@@ -74,7 +74,7 @@ def evaluate(result: dict[str, Any]) -> Section:
 
 
 def push_map(result: dict[str, Any]) -> Section:
-    """Of ``jaxwalk push-map``."""
+    """What the results of ``jaxwalk push-map`` say."""
     phases, largest = result["phases"], reach(result["impulses"])
     limits, rows = [], []
     for d, duration in enumerate(result["durations"]):
@@ -133,7 +133,7 @@ def _limit(part: dict[str, Any], phases: list[float], name: str, way: str) -> tu
 
 
 def compare(result: dict[str, Any]) -> Section:
-    """Of ``jaxwalk compare``."""
+    """What the results of ``jaxwalk compare`` say."""
     policies, largest = result["policies"], result["reach"]
 
     def mean(policy: dict[str, Any], figure: str) -> float | None:

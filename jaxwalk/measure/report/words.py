@@ -28,6 +28,7 @@ class Section:
 
 
 def percent(share: float) -> str:
+    """A share in per cent, with one decimal."""
     return f"{100 * share:.1f} %"
 
 
@@ -37,6 +38,7 @@ def interval(pooled: Mapping[str, Any]) -> str:
 
 
 def number(value: float | None, form: str = ".3f") -> str:
+    """A number in the format ``form``; a dash for None."""
     return NOTHING if value is None else f"{value:{form}}"
 
 

@@ -24,8 +24,10 @@ if TYPE_CHECKING:
 
 
 def tried(subject: Subject, args: SensitivityArgs) -> list[Setting]:
-    """Raises:
-    UserError: a value that cannot be simulated.
+    """The settings that are measured, the policy's own among them.
+
+    Raises:
+      UserError: a value that cannot be simulated.
     """
     values = {
         name: getattr(args, option.removeprefix("--").replace("-", "_"))
@@ -52,7 +54,7 @@ def sensitivity(
 
 
 def main(args: SensitivityArgs) -> None:
-    """The command."""
+    """Run ``jaxwalk sensitivity``."""
     subject = named.load(args.policy)
     plan = tried(subject, args)  # before minutes of work
     title = f"{args.policy}, {args.engine}: what its results owe to the physics' settings"

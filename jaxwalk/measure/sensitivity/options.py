@@ -47,8 +47,10 @@ class SensitivityArgs:
     """Seed of everything that is drawn at random."""
 
     def check(self) -> None:
-        """Raises:
-        UserError: an option out of its range.
+        """See that the options can be meant.
+
+        Raises:
+          UserError: an option out of its range.
         """
         checks.policy(self.policy)
         checks.impulses("--impulses", self.impulses)

@@ -41,11 +41,12 @@ class Layout:
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Names of all, in order."""
+        """Names of all D joints, in order."""
         return self.root + tuple(f"{joint}_{side}" for side in SIDES for joint in self.leg)
 
     @property
     def dofs(self) -> int:
+        """Degrees of freedom, D."""
         return len(self.joints)
 
     @property

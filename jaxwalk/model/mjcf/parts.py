@@ -60,7 +60,7 @@ def scene(name: str, physics: PhysicsConfig) -> mujoco.MjSpec:
 
 
 def inertial(body: mujoco.MjsBody, segment: Segment, half: Triple | None = None) -> None:
-    """Mass, centre and inertia.
+    """Give ``body`` the mass, centre of mass and inertia of ``segment``.
 
     Args:
       half: of the box whose shape the inertia has, m; None where only the pitch axis moves.
@@ -77,7 +77,7 @@ def inertial(body: mujoco.MjsBody, segment: Segment, half: Triple | None = None)
 
 
 def box(body: mujoco.MjsBody, name: str, centre: Triple, half: Triple, rgba: list[float]) -> None:
-    """What is drawn of a segment."""
+    """A box that is drawn for a segment; it has no mass and touches nothing."""
     body.add_geom(
         name=name,
         type=mujoco.mjtGeom.mjGEOM_BOX,
@@ -92,6 +92,7 @@ def box(body: mujoco.MjsBody, name: str, centre: Triple, half: Triple, rgba: lis
 
 
 def hinge(body: mujoco.MjsBody, name: str, axis: Triple, damping: float = 0.0) -> None:
+    """A joint at the origin of ``body`` that turns it about ``axis``; ``damping`` in N m s/rad."""
     body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=list(axis), damping=damping)
 
 
@@ -240,6 +241,7 @@ def instruments(spec: mujoco.MjSpec) -> None:
 
 
 def sensor(spec: mujoco.MjSpec, name: str, kind: str, site: str) -> None:
+    """A sensor at ``site``; ``kind`` as in MuJoCo's ``mjSENS_`` constants."""
     spec.add_sensor(
         name=name,
         type=getattr(mujoco.mjtSensor, f"mjSENS_{kind}"),

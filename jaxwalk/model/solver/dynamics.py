@@ -69,7 +69,7 @@ def _step(model: mjx.Model, data: mjx.Data, iterations: int) -> mjx.Data:
 
 
 def _accelerated(model: mjx.Model, data: mjx.Data) -> mjx.Data:
-    """With the acceleration that there would be without constraints."""
+    """``data`` with the acceleration that there would be without constraints."""
     applied = data.qfrc_applied + mjx.xfrc_accumulate(model, data)
     force = data.qfrc_passive - data.qfrc_bias + data.qfrc_actuator + applied
     return data.replace(qfrc_smooth=force, qacc_smooth=spd.solve_one(data._impl.M, force))

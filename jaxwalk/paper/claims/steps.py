@@ -21,7 +21,7 @@ UNITS = {"length": "m", "duration": "s"}
 
 
 def _decisions(trace: Trace, walker: int, answered: int) -> dict[str, np.ndarray]:
-    """Of each footstep: touch-down's tick, speed there (as the policy is told), chosen length and duration.
+    """The tick of each touch-down, the speed there (as the policy is told), the length and duration chosen.
 
     Args:
       answered: ticks after a touch-down within which the policy has answered.

@@ -107,7 +107,7 @@ def strip(walk: Walk, stage: Stage, args: RenderArgs, times: np.ndarray, band: i
 
 
 def main(args: RenderArgs) -> None:
-    """The command.
+    """Run ``jaxwalk render``.
 
     Raises:
       UserError: no such policy, no OpenGL, or the file cannot be written.

@@ -61,8 +61,10 @@ class RenderArgs:
         return self.out.suffix.lower() == ".html"
 
     def check(self) -> None:
-        """Raises:
-        UserError: an option out of its range.
+        """See that the options can be meant.
+
+        Raises:
+          UserError: an option out of its range.
         """
         checks.policy(self.policy)
         if self.out.suffix.lower() not in SUFFIXES:

@@ -12,11 +12,11 @@ from jaxwalk.show.recording import Shove, Walk, camera_path
 POSE_SECONDS = 0.01  # about so long from pose to pose
 UNIT = 1e-3  # what a whole number stands for: m, rad, m/s, s
 COLUMNS = ("x", "z", "pitch", *mjcf.PLANAR.joints[3:])
-"""Of a pose, in the order of the planar ``qpos``."""
+"""Names of a pose's numbers, in the order of the planar ``qpos``."""
 
 
 def stride(walk: Walk) -> int:
-    """Ticks from pose to pose."""
+    """Ticks from one pose of the page to the next."""
     return max(1, round(POSE_SECONDS / walk.timestep))
 
 

@@ -41,14 +41,17 @@ class Page:
 
     @property
     def style(self) -> Markup:
+        """The page's style sheet."""
         return _part("page.css")
 
     @property
     def script(self) -> Markup:
+        """The script that draws ``data``."""
         return _part("page.js")
 
     @property
     def style_hash(self) -> str:
+        """The one style sheet that the page's own policy lets a browser apply."""
         return _hash(self.style)
 
     @property

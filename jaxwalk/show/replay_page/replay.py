@@ -69,7 +69,7 @@ def content(replay: Replay) -> dict[str, Any]:
 
 
 def html(replay: Replay, origin: policy.Metadata | None, command: str, engine: str = "MJX") -> bytes:
-    """The page.
+    """The page that replays the walks, an HTML file.
 
     Args:
       origin: of the policy; None for a rule.

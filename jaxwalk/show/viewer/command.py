@@ -38,8 +38,10 @@ sys.exit(0 if glfw.create_window(64, 64, "", None, None) else 1)
 
 
 def require_screen() -> None:
-    """Raises:
-    UserError: there is no screen to open a window with OpenGL on.
+    """See that a window could be opened.
+
+    Raises:
+      UserError: there is no screen to open a window with OpenGL on.
     """
     if subprocess.run([sys.executable, "-c", _PROBE], capture_output=True).returncode:
         raise UserError(
@@ -49,7 +51,7 @@ def require_screen() -> None:
 
 
 def main(args: ViewArgs) -> None:
-    """The command; it ends when the window is closed.
+    """Run ``jaxwalk view``, until the window is closed.
 
     Raises:
       UserError: no such policy, or no screen.

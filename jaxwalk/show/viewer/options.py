@@ -28,8 +28,10 @@ class ViewArgs:
     """Seed of the first start and its noise; each start after it has the next."""
 
     def check(self) -> None:
-        """Raises:
-        UserError: an option out of its range.
+        """See that the options can be meant.
+
+        Raises:
+          UserError: an option out of its range.
         """
         checks.policy(self.policy)
         checks.person(self.height, self.mass)

@@ -43,6 +43,7 @@ class Session:
 
     @property
     def seconds(self) -> float:
+        """Walked since the start, s."""
         return self._ticks * self._loop.timestep
 
     @property
