@@ -13,8 +13,6 @@ from jaxwalk.learn.runs import run_folder
 from jaxwalk.options import checks
 from jaxwalk.options.parse import OptionalFile, checked
 
-LEARNED = "in Brax, on the default task, from the same first step as jaxwalk train"
-
 
 @dataclass(frozen=True)
 class PPO:
@@ -121,8 +119,9 @@ class _Common:
 
 
 @dataclass(frozen=True)
-class PPOArgs(_Common):  # noqa: D101  # a docstring cannot be an f-string
-    __doc__ = f"Train a policy with PPO {LEARNED}."
+class PPOArgs(_Common):
+    """Train a policy with PPO in Brax, on the default task, from the same first step as jaxwalk train."""
+
     settings: Annotated[PPO, tyro.conf.arg(name="")] = field(default_factory=PPO)
 
     def check(self) -> None:
@@ -136,8 +135,9 @@ class PPOArgs(_Common):  # noqa: D101  # a docstring cannot be an f-string
 
 
 @dataclass(frozen=True)
-class SACArgs(_Common):  # noqa: D101  # a docstring cannot be an f-string
-    __doc__ = f"Train a policy with SAC {LEARNED}."
+class SACArgs(_Common):
+    """Train a policy with SAC in Brax, on the default task, from the same first step as jaxwalk train."""
+
     settings: Annotated[SAC, tyro.conf.arg(name="")] = field(default_factory=SAC)
 
     def check(self) -> None:
