@@ -111,8 +111,8 @@ def test_with_servos_the_program_is_what_it_was():
     def plain(model, state):
         who = state.person
         told = controllers.command(who.gait, skeleton(setup, who), state.gait, state.estimate)
-        push = walker.pushes.met(state.push, state.tick, state.gait.stance)
-        loads = walker.pushes.loads(push, state.tick, state.plant.qpos[2])
+        state = state.replace(push=walker.pushes.met(state.push, state.tick, state.gait.stance))
+        loads = walker.pushes.loads(state.push, state.tick, state.plant.qpos[2])
         moved = physics.step(setup.body, setup.physics, model, state.plant, told, loads)
         return walker.advance(setup, state, *moved, walker.noise(state, 1)[0])
 
