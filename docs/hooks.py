@@ -6,7 +6,6 @@ Nothing here touches another host, and what a plugin would fetch from one is tak
 from __future__ import annotations
 
 import contextlib
-import importlib.util
 import io
 import os
 import re
@@ -65,8 +64,6 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
         return contributing()
     if name == "commands.md":
         return f"{markdown}\n{commands()}"
-    if name == "api.md" and importlib.util.find_spec("jaxwalk.api") is None:
-        return re.sub(r"<!-- api -->.*?<!-- /api -->\n", "", markdown, flags=re.DOTALL)
     return markdown
 
 

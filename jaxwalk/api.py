@@ -6,9 +6,10 @@ number of CPU devices then stays what it was.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from jaxwalk import deploy
 from jaxwalk.common.errors import UserError
@@ -17,13 +18,13 @@ from jaxwalk.config.presets import PRESETS
 from jaxwalk.export import command as _export
 from jaxwalk.learn.policies import named
 from jaxwalk.learn.policies.named import Subject
+from jaxwalk.learn.train import command as _train
 from jaxwalk.learn.train import multi_seed
 from jaxwalk.learn.train import run as _run
 from jaxwalk.measure.evaluate import evaluation
 from jaxwalk.measure.protocol import PushTest
 from jaxwalk.measure.push_map import command as _map
-from jaxwalk.measure.push_map.grid import Grid
-from jaxwalk.measure.push_map.options import IMPULSES
+from jaxwalk.measure.push_map.options import PushMapArgs
 from jaxwalk.options import checks
 from jaxwalk.task.env import FootstepEnv
 
@@ -57,9 +58,11 @@ def train(config: Config, run_dir: AnyPath | None = None, *, seed: int = 0, seed
         training that diverges again and again.
     """
     validate.check(config)
-    checks.seed(seed)
+    checks.between("--seeds", seeds, 1, 1024, ", each a training of its own")
+    for end in (seed, seed + seeds - 1):
+        checks.seed(end)
     folder = None if run_dir is None else Path(run_dir)
-    typed = f"jaxwalk.train(config, {str(run_dir)!r}, seed={seed}, seeds={seeds})"
+    typed = f"jaxwalk.train(config, {run_dir and fspath(run_dir)!r}, seed={seed}, seeds={seeds})"
     if seeds > 1:
         return multi_seed.run_many(config, folder, seed, seeds, typed)
     return _run.run(config, folder, seed, typed)
@@ -71,7 +74,7 @@ def resume(run_dir: AnyPath) -> Path:
     Raises:
       UserError: there is no run to go on with; or as `train`.
     """
-    return _run.resume(Path(run_dir))
+    return _train.resume(Path(run_dir))
 
 
 def load_policy(
@@ -95,6 +98,12 @@ def load_policy(
       UserError: no such policy, a damaged one, or a value out of range.
     """
     checks.policy(fspath(name))
+    if speed is not None:
+        checks.between("--speed", speed, 0.1, 3.0, " m/s")
+    if noise is not None:
+        checks.between("--noise", noise, 0.0, 100.0, "")
+    if model is not None and model not in get_args(BodyModel):
+        raise UserError(f"--model {model}: give one of {', '.join(get_args(BodyModel))}")
     return named.load(fspath(name), speed=speed, height=height, mass=mass, noise=noise, model=model)
 
 
@@ -106,12 +115,15 @@ def evaluate(policy: Subject | AnyPath = "shipped", test: PushTest | None = None
       test: what it is put through; default: ``PushTest()``.
 
     Returns:
-      ``walking``, ``pushes``, ``threshold`` and ``threshold_worst_phase``, as ``jaxwalk evaluate --json``
-      writes them: plain numbers and lists.
+      ``walking``, and where there are pushes ``pushes``, ``threshold`` and ``threshold_worst_phase`` (N s);
+      between walls ``walls``. Plain numbers and lists, see `evaluation.Walking` and `evaluation.Pushes`;
+      ``jaxwalk evaluate --json`` writes them with a stamp of their origin.
 
     Raises:
-      UserError: no such policy.
+      UserError: no such policy, or a value of ``test`` that is out of range.
     """
+    test = test or PushTest()
+    test.check()
     return evaluation.evaluate(_subject(policy), test)
 
 
@@ -119,11 +131,11 @@ def push_map(
     policy: Subject | AnyPath,
     out: AnyPath,
     *,
-    impulses: tuple[float, ...] = IMPULSES,
-    phases: int = 16,
-    points: tuple[str, ...] = ("torso",),
-    durations: tuple[float, ...] = (0.1,),
-    replicas: int = 8,
+    impulses: Sequence[float] = PushMapArgs.impulses,
+    phases: int = PushMapArgs.phases,
+    points: Sequence[str] = PushMapArgs.points,
+    durations: Sequence[float] = PushMapArgs.durations,
+    replicas: int | None = None,
     engine: Engine = "mjx",
     seed: int = 0,
 ) -> dict[str, Any]:
@@ -132,17 +144,31 @@ def push_map(
     Args:
       out: folder for ``map.npz``, which an interrupted map goes on from.
       impulses: N s, ascending, forward positive. phases: of the step, evenly spread.
-      points: of the body, see `jaxwalk.model.push_points`. durations: s.
-      replicas: walkers for each combination. engine: what moves them. seed: of starts and noise.
+      points: of the body, see `jaxwalk.model.push_points`. durations: s, ascending.
+      replicas: walkers for each combination; None: as many as the machine makes light of.
+      engine: what moves them. seed: of starts and noise.
 
     Returns:
-      What ``map.json`` holds: plain numbers and lists.
+      What ``map.json`` holds but for the stamp of its origin: plain numbers and lists.
 
     Raises:
-      UserError: the policy does not walk, or ``out`` holds another map or cannot be written.
+      UserError: a value out of range, the policy does not walk, or ``out`` holds another map or cannot be
+        written.
     """
-    grid = Grid.even(tuple(impulses), phases, tuple(points), tuple(durations), replicas, seed)
-    return _map.push_map(_subject(policy), grid, Path(out), engine)
+    subject = _subject(policy)
+    args = PushMapArgs(
+        "fixed",  # who walks is known already
+        Path(out),
+        tuple(map(float, impulses)),
+        phases,
+        tuple(points),
+        tuple(map(float, durations)),
+        replicas,
+        engine=engine,
+        seed=seed,
+    )
+    args.check()
+    return _map.push_map(subject, _map.grid_of(args, subject), args.out, engine)
 
 
 def export_policy(
@@ -155,12 +181,16 @@ def export_policy(
       formats: of safetensors, npz, onnx, stablehlo, c.
 
     Raises:
-      UserError: a rule that nobody trained, an unknown format, or a folder that cannot be written.
+      UserError: a rule that nobody trained, a policy that `load_policy` changed, an unknown format, or a
+        folder that cannot be written.
     """
     for kind in formats:
         if kind not in _export.WRITERS:
             raise UserError(f"no format {kind!r}: give one or more of {', '.join(_export.WRITERS)}")
     name = policy.name if isinstance(policy, Subject) else fspath(policy)
+    checks.policy(name)
+    if isinstance(policy, Subject) and policy.config != named.load(name).config:
+        raise UserError(f"policy {name} was changed when it was loaded: export it as it was trained")
     return _export.write(*_export.load(name), tuple(formats), Path(out))
 
 
@@ -173,6 +203,7 @@ __all__ = [
     "Controller",
     "FootstepEnv",
     "PushTest",
+    "Subject",
     "UserError",
     "evaluate",
     "export_policy",

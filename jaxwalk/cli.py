@@ -44,13 +44,22 @@ _COMMANDS = {  # name: the package of its options and of the command itself; wha
     "paper": ("paper", "every claim of the paper, measured, with a verdict by a stated rule"),
     "export": (
         "export",
-        "write a policy for other runtimes: safetensors, npz, ONNX, StableHLO, C; or a page to watch",
+        "write a policy for other runtimes: safetensors, npz, ONNX, StableHLO, C",
     ),
-    "render": ("show.render", "draw a policy's walk as mp4, gif or png"),
+    "render": ("show.render", "show a policy's walk: mp4, gif, png, or a page that replays it"),
     "view": ("show.viewer", "watch a policy walk in MuJoCo's viewer, and push it by the keyboard"),
     "bench": ("measure.bench", "measure the speed of the simulation and of training"),
 }
-_SHELLS = ("bash", "zsh", "tcsh")
+_NEXT = {  # what one would type after each
+    "demo": "evaluate shipped",
+    "evaluate": "push-map {policy} --out map",
+    "push-map": "render {policy} --push 60 --out push.mp4",
+    "agreement": "sensitivity {policy} --out sensitivity",
+    "sensitivity": "generalise {policy} --out generalised",
+    "generalise": "gait {policy} --out gait",
+    "gait": "render {policy} --out walk.html",
+}
+_SHELLS = ("bash", "zsh")
 _RECORDED = ("train", "train-baseline", "sweep")  # whose results hold the line that was typed
 
 
@@ -137,12 +146,16 @@ def _run(name: str, argv: list[str]) -> None:
         main(args, shlex.join(["jaxwalk", name, *argv]))
     else:
         main(args)
+    if name in _NEXT:
+        print(f"next: jaxwalk {_NEXT[name].format(policy=shlex.quote(getattr(args, 'policy', '')))}")
 
 
 def _completion(shell: str = "", *more: str) -> str:
     """A script that lets ``shell`` complete commands and options."""
+    if shell in ("-h", "--help"):
+        return f"usage: jaxwalk completion {'|'.join(_SHELLS)}"
     if shell not in _SHELLS or more:
-        raise UserError(f"completion {' '.join((shell, *more))}: give one of {', '.join(_SHELLS)}")
+        raise UserError(f"jaxwalk completion: give one of {', '.join(_SHELLS)}")
     import typing
 
     import tyro
@@ -162,13 +175,23 @@ def _completion(shell: str = "", *more: str) -> str:
 def _export_page(args: Any) -> None:
     """What ``export --format html``, as pages were once asked for, comes to: render's."""
     from jaxwalk.common import files
+    from jaxwalk.learn.policies import named
     from jaxwalk.options import lines
     from jaxwalk.show.render import command
     from jaxwalk.show.render.options import RenderArgs
 
-    asked = RenderArgs(args.policy, args.out / "replay.html", seed=args.seed, model=args.model)
-    asked = asked if args.impulses is None else dataclasses.replace(asked, impulses=args.impulses)
+    config = named.load(args.policy, model=args.model).config
+    asked = RenderArgs(
+        args.policy,
+        args.out / "replay.html",
+        speed=config.gait.speed_desired,
+        noise=config.sensors.noise,
+        impulses=RenderArgs.impulses if args.impulses is None else args.impulses,
+        model=args.model,
+        seed=args.seed,
+    )
     files.make_folder("--out", args.out)
+    asked.check()
     print(f"jaxwalk: a page is made by {lines.line('render', asked)}", file=sys.stderr)
     command.main(asked)
 
@@ -181,5 +204,5 @@ def _help() -> str:
         "Learned stepping for powered exoskeletons, many walkers at once.\n\n"
         f"commands:\n{commands}\n\n"
         "'jaxwalk COMMAND --help' lists a command's options; 'jaxwalk --version' tells the version;\n"
-        "'jaxwalk completion bash' (or zsh, tcsh) prints a script that completes them."
+        "'jaxwalk completion bash' (or zsh) prints a script that completes them."
     )

@@ -4,6 +4,7 @@ import asyncio
 import subprocess
 import sys
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -63,6 +64,13 @@ def test_a_process_that_has_used_jax_before_can_go_on():
         (lambda out: jw.preset("defualt"), "no preset 'defualt': give one of default"),
         (lambda out: jw.load_policy("nobody"), "no policy 'nobody'"),
         (lambda out: jw.load_policy(height=9.0), "9.0 m"),
+        (lambda out: jw.load_policy(speed=50.0), "--speed 50: give 0.1 to 3 m/s"),
+        (lambda out: jw.evaluate("fixed", jw.PushTest(walkers=0)), "--walkers 0: give"),
+        (lambda out: jw.push_map("fixed", out, phases=0), "--phases 0: give"),
+        (lambda out: jw.push_map("fixed", out, points=("nose",)), "'nose' is no point"),
+        (lambda out: jw.push_map("fixed", out, impulses=(40.0, -40.0)), "give ascending numbers"),
+        (lambda out: jw.export_policy(jw.load_policy(height=1.6), out), "was changed"),
+        (lambda out: jw.train(jw.Config(), out, seeds=0), "--seeds 0"),
         (lambda out: jw.export_policy("shipped", out, formats=("pt",)), "no format 'pt': give"),
         (lambda out: jw.export_policy("fixed", out), "not trained"),
         (lambda out: jw.train(jw.Config(), out, seed=-1), "seed -1"),
@@ -73,3 +81,11 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path, wrong, says):
     with pytest.raises(jw.UserError, match=says) as error:
         wrong(tmp_path / "out")
     assert "\n" not in str(error.value) and not (tmp_path / "out").exists()
+
+
+def test_every_name_is_offered_and_documented():
+    from jaxwalk import api
+
+    assert {*api.__all__, "__version__"} == set(jw.__all__)
+    page = (Path(__file__).parent.parent / "docs" / "api.md").read_text()
+    assert all(name in page for name in api.__all__)

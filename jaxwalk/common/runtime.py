@@ -42,7 +42,7 @@ def setup(begun: bool = False) -> None:
         settings["jax_num_cpu_devices"] = _cores()
     for name, value in settings.items():
         if name.upper() not in os.environ:
-            with contextlib.suppress(*[RuntimeError] * begun):
+            with contextlib.suppress(RuntimeError) if begun else contextlib.nullcontext():
                 jax.config.update(name, value)
     _import_mjx_quietly()
 

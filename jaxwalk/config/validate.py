@@ -108,6 +108,8 @@ def check(config: Config) -> None:
     """
     person(config.body)
     values = dict(leaves(config))
+    for name, choices in _choices(type(config)):
+        _require(values[name] in choices, name, values[name], f"one of {', '.join(map(str, choices))}")
     for name, value in values.items():
         if isinstance(value, float):
             _require(math.isfinite(value), name, value, "a finite number")
@@ -192,6 +194,15 @@ def leaves(config: Any, where: str = "") -> Iterator[tuple[str, Any]]:
             yield from leaves(value, name)
         else:
             yield name, value
+
+
+def _choices(kind: Any, where: str = "") -> Iterator[tuple[str, tuple[Any, ...]]]:
+    """(dotted name, what it may be) of every field that is one of a few."""
+    for name, hint in typing.get_type_hints(kind).items():
+        if dataclasses.is_dataclass(hint):
+            yield from _choices(hint, _join(where, name))
+        elif typing.get_origin(hint) is Literal:
+            yield _join(where, name), typing.get_args(hint)
 
 
 def _require(ok: bool, name: str, value: Any, right: str) -> None:

@@ -1,4 +1,4 @@
-"""The gait's clock: which leg stands, which phase each leg is in, when a foot has landed."""
+"""The step's clock: which leg stands, which phase each leg is in, when a foot has landed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One walker, one tick: sensors, controllers, physics and the gait's clock closed into a loop."""
+"""One walker, one tick: sensors, controllers, physics and the step's clock closed into a loop."""
 
 from __future__ import annotations
 
@@ -218,7 +218,7 @@ def advance(
 ) -> tuple[Walker, Event]:
     """What becomes of ``walker`` whose plant a tick has brought to ``plant``, sensing ``readings``.
 
-    At a touch-down the gait's clock restarts and toe-off begins; the step's
+    At a touch-down the step's clock restarts and toe-off begins; the step's
     length and duration stay the last ones until `decide`, which early swing awaits.
 
     Args:

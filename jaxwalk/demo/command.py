@@ -49,7 +49,6 @@ def main(args: DemoArgs) -> None:
         webbrowser.open(args.out.resolve().as_uri())
     else:
         console.print("open that file in a browser", highlight=False)
-    console.print("next: jaxwalk evaluate shipped, or jaxwalk train --preset quick", highlight=False)
 
 
 def record() -> Replay:

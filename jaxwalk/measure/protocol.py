@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, Engine
-from jaxwalk.task import backend
+from jaxwalk.options import checks
 
 
 @dataclass(frozen=True)
@@ -39,8 +40,27 @@ class PushTest:
         names = [field.name for field in dataclasses.fields(cls) if hasattr(options, field.name)]
         return cls(**{name: getattr(options, name) for name in names})
 
+    def check(self) -> None:
+        """See that the test can be meant.
+
+        Raises:
+          UserError: a value out of its range, named as an option.
+        """
+        checks.impulses("--impulses", self.impulses)
+        checks.walk_seconds(self.seconds)
+        for option in ("walkers", "phases"):
+            checks.whole(f"--{option}", getattr(self, option))
+        checks.replicas(self.replicas)
+        checks.between("--push-height", self.push_height, -1.0, 1.0, " m")
+        checks.push_seconds("--push-duration", self.push_duration)
+        if self.engine not in get_args(Engine):
+            raise UserError(f"--engine {self.engine}: give one of {', '.join(get_args(Engine))}")
+        checks.seed(self.seed)
+
     def sized(self, config: Config, many: int = 128, few: int = 8) -> PushTest:
         """With ``replicas``: ``many`` where native code steps walkers of ``config``, ``few`` elsewhere."""
+        from jaxwalk.task import backend  # which computes: options are read without it
+
         return backend.sized(self, config, many, few)
 
     @property

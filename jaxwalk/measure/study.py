@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable
 from typing import Any
 
@@ -18,15 +17,6 @@ from jaxwalk.measure.screen import Tell
 from jaxwalk.task import backend
 
 Result = dict[str, Any]
-NEXT = {  # what one would type after each measurement
-    "evaluate": "push-map {policy} --out map",
-    "push-map": "render {policy} --push 60 --out push.mp4",
-    "compare": "push-map shipped --out map",
-    "agreement": "sensitivity {policy} --out sensitivity",
-    "sensitivity": "generalise {policy} --out generalised",
-    "generalise": "gait {policy} --out gait",
-    "gait": "render {policy} --out walk.html",
-}
 
 
 def carry_out(
@@ -43,7 +33,7 @@ def carry_out(
 ) -> Result:
     """Measure, and leave ``STEM.json``, with ``.csv`` and ``.png`` where there are such, in ``args.out``.
 
-    Nothing is written before all of it is made.
+    The numbers are on disk before anything is drawn of them.
 
     Args:
       command: its name, which stamps the result; the files' too, unless ``stem`` says otherwise.
@@ -63,18 +53,18 @@ def carry_out(
     backend.begin(config, getattr(args, "engine", "mjx"))
     with screen.bars(console) as tell:
         result = measure(tell) | provenance.stamp(command, args, subject, config)
-    if folder is not None:
-        stem = stem or command
-        content = {f"{stem}.json": files.json_file(result)}
-        content |= {f"{stem}.csv": table(result)} if table else {}
-        content |= {f"{stem}.png": figures.png(draw(result))} if draw else {}
-        for name, data in content.items():
-            files.write_bytes(folder / name, data)
-    elif args.json is not None:
-        files.write_json(args.json, result)
+    names = [also] if also else []
+    if folder is None:
+        if args.json is not None:
+            files.write_json(args.json, result)
+    else:
+        for ending, make in (("json", files.json_file), ("csv", table), ("png", draw)):
+            if make is not None:
+                made = make(result)
+                content = figures.png(made) if isinstance(made, Figure) else made
+                names.append(f"{stem or command}.{ending}")
+                files.write_bytes(folder / names[-1], content)
     show(console, result)
     if folder is not None:
-        console.print(f"{', '.join(filter(None, [also, *content]))} in {folder}", highlight=False)
-    then = NEXT[command].format(policy=shlex.quote(getattr(args, "policy", "")))
-    console.print(f"next: jaxwalk {then}", highlight=False)
+        console.print(f"{', '.join(names)} in {folder}", highlight=False, markup=False, soft_wrap=True)
     return result

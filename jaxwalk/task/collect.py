@@ -38,9 +38,9 @@ class Window(struct.PyTreeNode):
     broken: Bool[Array, "B"]
 
 
-def shortest_toe_off(numbers: GaitConfig, height: float) -> float:
-    """The shortest toe-off, s, of a body of ``height`` times the reference body's."""
-    return numbers.toe_off_duration_min * height**0.5
+def shortest_toe_off(numbers: GaitConfig, ratio: float) -> float:
+    """The shortest toe-off, s, of a body of ``ratio`` times the reference body's stature."""
+    return numbers.toe_off_duration_min * ratio**0.5
 
 
 def check(config: Config) -> None:

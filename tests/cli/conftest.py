@@ -3,9 +3,11 @@
 import importlib
 import sys
 import types
+from pathlib import Path
 
 import pytest
 
+from jaxwalk import cli
 from jaxwalk.cli import main
 
 
@@ -13,6 +15,11 @@ from jaxwalk.cli import main
 def called(monkeypatch):
     """What the commands hand on: a list of argument tuples."""
     calls = []
+
+    def recorded(*args):
+        calls.append(args)
+        return Path("run")
+
     modules = {
         "learn.train.run": ("run", "resume"),
         "measure.evaluate.command": ("main",),
@@ -20,12 +27,15 @@ def called(monkeypatch):
         "measure.bench.command": ("main",),
     }
     for module, functions in modules.items():
-        recorder = types.SimpleNamespace(**{name: lambda *args: calls.append(args) for name in functions})
+        recorder = types.SimpleNamespace(**dict.fromkeys(functions, recorded))
         path = f"jaxwalk.{module}"
         monkeypatch.setitem(sys.modules, path, recorder)
         # Once imported, a module is found as its package's attribute.
         package, _, name = path.rpartition(".")
         monkeypatch.setattr(importlib.import_module(package), name, recorder, raising=False)
+    # What they say at their end would need what they make.
+    monkeypatch.setattr(cli, "_NEXT", {})
+    monkeypatch.setattr("jaxwalk.learn.train.beside.lines", lambda folder: [])
     return calls
 
 

@@ -172,6 +172,13 @@ def test_a_shell_completes_commands_and_options(jaxwalk_cli):
     code, script, _ = jaxwalk_cli("completion", "bash")
     assert code == 0 and "complete -F" in script
     assert all(word in script for word in ("push-map", "--impulses", "--ddpg.gamma"))
+    assert jaxwalk_cli("completion", "zsh")[0] == 0
     assert jaxwalk_cli("completion", "fish") == (
-        2, "", "jaxwalk: error: completion fish: give one of bash, zsh, tcsh\n",
+        2, "", "jaxwalk: error: jaxwalk completion: give one of bash, zsh\n",
     )  # fmt: skip
+
+
+def test_a_command_ends_with_what_one_would_type_next(jaxwalk_cli, monkeypatch):
+    monkeypatch.setattr("jaxwalk.cli._NEXT", {"evaluate": "push-map {policy} --out map"})
+    monkeypatch.setattr("jaxwalk.options.checks.policy", lambda name: None)
+    assert jaxwalk_cli("evaluate", "a run")[1] == "next: jaxwalk push-map 'a run' --out map\n"

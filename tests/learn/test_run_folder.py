@@ -117,3 +117,9 @@ def test_a_foreign_folder_is_named_in_one_line(tmp_path, text, says):
 def test_results_that_cannot_be_written_are_the_users_business(tmp_path):
     with pytest.raises(UserError, match="cannot write"):
         files.write_json(tmp_path / "missing" / "e.json", {})
+
+
+def test_a_run_begun_from_python_can_be_gone_on_with(tmp_path):
+    typed = "jaxwalk.train(config, 'run', seed=3, seeds=1)"
+    with RunFolder.create(tmp_path / "run", Config(), 3, typed) as folder:
+        assert run_folder.load_origin(folder.path).command == typed

@@ -253,7 +253,7 @@ def load_origin(path: Path) -> Origin:
         or not all(isinstance(one, str) for one in versions.values())
     ):
         raise UserError(f"{path / CONFIG} lacks seed, command or versions: {_CURE}")
-    if command.split()[:2] != ["jaxwalk", "train"]:
+    if command.split()[:2] != ["jaxwalk", "train"] and not command.startswith("jaxwalk.train("):
         raise UserError(
             f"the run in {path} was begun by {command!r:.60}: only jaxwalk train goes on with a run"
         )

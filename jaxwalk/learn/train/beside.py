@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import shlex
+from pathlib import Path
 
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
 from jaxwalk.learn.runs import run_folder
-from jaxwalk.learn.runs.run_folder import RunFolder
 from jaxwalk.learn.train import finals
 from jaxwalk.learn.train.evaluation import Exam, Marks
 from jaxwalk.task import rules, scenarios
@@ -21,14 +22,16 @@ def of_rules(config: Config, seed: int) -> dict[str, Marks]:
     return {name: exam((rules.strong(rule), person))[0] for name, rule in rules.RULES.items()}
 
 
-def lines(folder: RunFolder, config: Config, seed: int) -> list[str]:
+def lines(folder: Path) -> list[str]:
     """What the end of a run says: how its policy fares, and what one would type next."""
-    said, settled = [], run_folder.read_summary(folder.path)["finals"]
+    said, settled = [], run_folder.read_summary(folder).get("finals")
     if settled:
         own = settled[0]
-        name, rule = max(of_rules(config, seed).items(), key=lambda found: found[1].survival)
+        found = of_rules(run_folder.load_config(folder), run_folder.load_origin(folder).seed)
+        name, rule = max(found.items(), key=lambda one: one[1].survival)
         said.append(
             f"it survives {own['survival']:.1%} of the finals' pushes at {own['speed']:.2f} m/s; "
             f"of the rules that learn nothing, {name} is best: {rule.survival:.1%} at {rule.speed:.2f} m/s"
         )
-    return [*said, f"see it pushed: jaxwalk render {folder.path} --out {folder.path}.html"]
+    page = shlex.join(["jaxwalk", "render", str(folder), "--out", f"{folder}.html"])
+    return [*said, f"next: {page}"]

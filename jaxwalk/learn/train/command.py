@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import shlex
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from jaxwalk.common.parallel import launch
@@ -30,7 +31,7 @@ def _train(args: TrainArgs, typed: str) -> None:
 
     from jaxwalk.common.parallel import collectives
     from jaxwalk.learn.runs import seeds_folder
-    from jaxwalk.learn.train import multi_seed, run
+    from jaxwalk.learn.train import beside, multi_seed, run
     from jaxwalk.model.engine import VARIABLE
     from jaxwalk.task import backend
 
@@ -41,11 +42,26 @@ def _train(args: TrainArgs, typed: str) -> None:
         chosen = "" if named else f", for {jax.default_backend()}"
         print(f"preset {args.preset}{chosen}", flush=True)
     if args.resume is not None:
-        (multi_seed.resume_many if seeds_folder.is_parent(args.resume) else run.resume)(args.resume)
+        folder = resume(args.resume)
     elif args.seeds > 1:
-        multi_seed.run_many(args.config, args.run_dir, args.seed, args.seeds, typed)
+        folder = multi_seed.run_many(args.config, args.run_dir, args.seed, args.seeds, typed)
     else:
-        run.run(args.config, args.run_dir, args.seed, typed)
+        folder = run.run(args.config, args.run_dir, args.seed, typed)
+    if collectives.count() == 1 and not seeds_folder.is_parent(folder):
+        for line in beside.lines(folder):
+            print(line, flush=True)
+
+
+def resume(folder: Path) -> Path:
+    """Go on with what was begun in ``folder``, one training or several, and return it.
+
+    Raises:
+      UserError: there is nothing to go on with; or as the training does.
+    """
+    from jaxwalk.learn.runs import seeds_folder
+    from jaxwalk.learn.train import multi_seed, run
+
+    return (multi_seed.resume_many if seeds_folder.is_parent(folder) else run.resume)(folder)
 
 
 def _resumed(args: TrainArgs) -> str:

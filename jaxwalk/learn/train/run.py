@@ -14,7 +14,7 @@ from jaxwalk.config import Config
 from jaxwalk.learn.runs import run_folder
 from jaxwalk.learn.runs.progress import Progress
 from jaxwalk.learn.runs.run_folder import RunFolder
-from jaxwalk.learn.train import beside, device_loop, out_of_resources
+from jaxwalk.learn.train import device_loop, out_of_resources
 from jaxwalk.learn.train.interrupt import Stop
 from jaxwalk.learn.train.trainer import Training, Watch
 from jaxwalk.task import backend, collect
@@ -136,6 +136,3 @@ def _train(
         if resumed:
             training.restore()
         training.go()
-    if folder.writes and collectives.count() == 1:
-        for line in beside.lines(folder, config, seed):
-            print(line, flush=True)

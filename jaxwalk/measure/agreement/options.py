@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from jaxwalk.common import files
+from jaxwalk.measure.protocol import PushTest
 from jaxwalk.options import checks
 from jaxwalk.options.parse import Impulses, OptionalFloat, Policy, checked
 
@@ -42,12 +43,8 @@ class AgreementArgs:
           UserError: an option out of its range.
         """
         checks.policy(self.policy)
-        checks.impulses("--impulses", self.impulses)
-        checks.walk_seconds(self.seconds)
-        for option in ("walkers", "phases", "replicas"):
-            checks.whole(f"--{option}", getattr(self, option))
         checks.person(self.height, self.mass)
-        checks.seed(self.seed)
+        PushTest.of(self).check()
         files.check_folder("--out", self.out)
 
 

@@ -43,7 +43,7 @@ STAGES = {
     BY_XLA: "beside it: the whole tick (stepper.tick) as XLA compiles it",
     PLANT: "physics.step: what one tick hands to the next, servos that saturate",
     SENSORS: "the instruments and their filters",
-    GAIT: "the gait's clock, touch-downs, controllers",
+    GAIT: "the step's clock, touch-downs, controllers",
     PUSHES: "pushes and noise: the whole of walker.tick",
     TICK: "footsteps that close with observation and reward, at the nominal step: stepper.tick",
     WINDOWS: "in windows; pushes drawn anew, the fallen replaced",

@@ -12,6 +12,7 @@ import tyro
 from jaxwalk.common import files
 from jaxwalk.config import Engine
 from jaxwalk.measure.compare import groups
+from jaxwalk.measure.protocol import PushTest
 from jaxwalk.options import checks
 from jaxwalk.options.parse import POLICIES, Impulses, OptionalFloat, OptionalInt, OptionalModel, checked
 
@@ -69,18 +70,11 @@ class CompareArgs:
         for one in groups.parse(self.policies):
             for member in one.members:
                 checks.policy(member)
-        checks.whole("--walkers", self.walkers)
-        checks.walk_seconds(self.seconds)
         checks.between("--speed", self.speed, 0.1, 3.0, " m/s")
         checks.ascending("--impulses", self.impulses)
-        checks.impulses("--impulses", self.impulses)
-        checks.whole("--phases", self.phases)
-        checks.replicas(self.replicas)
-        checks.between("--push-height", self.push_height, -1.0, 1.0, " m")
-        checks.push_seconds("--push-duration", self.push_duration)
         checks.person(self.height, self.mass)
         checks.between("--noise", self.noise, 0.0, 100.0, "")
-        checks.seed(self.seed)
+        PushTest.of(self).check()
         files.check_folder("--out", self.out)
 
 

@@ -43,11 +43,11 @@ def load(entries: Sequence[Entry], **changes: Any) -> list[list[Member]]:
     Raises:
       UserError: a policy or a run folder that cannot be read, or policies that do not walk in one world.
     """
-    cast = [[_member(name, changes) for name in entry.members] for entry in entries]
-    first, *others = [member for members in cast for member in members]
+    loaded = [[_member(name, changes) for name in entry.members] for entry in entries]
+    first, *others = [member for members in loaded for member in members]
     for other in others:
         check_world(first.subject, other.subject)
-    return cast
+    return loaded
 
 
 def check_world(first: Subject, other: Subject) -> None:
@@ -64,9 +64,9 @@ def check_world(first: Subject, other: Subject) -> None:
             )
 
 
-def controllers_differ(cast: Sequence[Sequence[Member]]) -> list[str]:
+def controllers_differ(loaded: Sequence[Sequence[Member]]) -> list[str]:
     """A line for each number of the low-level controllers in which a policy differs from the first one."""
-    first, *others = [member.subject for members in cast for member in members]
+    first, *others = [member.subject for members in loaded for member in members]
     return [
         f"{other.name} walks with {field} {_shown(theirs)}, {first.name} with {_shown(ours)}"
         for other in others

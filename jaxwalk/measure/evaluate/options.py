@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from jaxwalk.common import files
 from jaxwalk.config import Engine
+from jaxwalk.measure.protocol import PushTest
 from jaxwalk.options import checks
 from jaxwalk.options.parse import (
     Impulses,
@@ -61,17 +62,10 @@ class EvaluateArgs:
           UserError: an option out of its range.
         """
         checks.policy(self.policy)
-        checks.whole("--walkers", self.walkers)
-        checks.walk_seconds(self.seconds)
         checks.between("--speed", self.speed, 0.1, 3.0, " m/s")
-        checks.impulses("--impulses", self.impulses)
-        checks.whole("--phases", self.phases)
-        checks.replicas(self.replicas)
-        checks.between("--push-height", self.push_height, -1.0, 1.0, " m")
-        checks.push_seconds("--push-duration", self.push_duration)
         checks.person(self.height, self.mass)
         checks.between("--noise", self.noise, 0.0, 100.0, "")
-        checks.seed(self.seed)
+        PushTest.of(self).check()
         if self.json is not None:
             files.check_output("--json", self.json)
 

@@ -108,6 +108,7 @@ def _print(console: Console, name: str, result: dict[str, Any]) -> None:
         told = result["symmetry"][measure]
         symmetry.add_row(measure.replace("_", " "), f"{told['mean']:+.1f}", f"{told['mean_size']:.1f}")
     console.print(symmetry)
+    console.print("gait.json has the definitions of all", highlight=False)
     for source, what in result["sources"].items():
         console.print(Text(f"{marks[source]} {source}: {what}"))
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Engine
+from jaxwalk.measure.protocol import PushTest
 from jaxwalk.options import checks
 from jaxwalk.options.parse import Impulses, Names, Numbers, Policy, checked
 
@@ -99,11 +100,7 @@ class GeneraliseArgs:
             checks.between("--noises", value, 0.0, 100.0, "")
         for value in self.speeds:
             checks.between("--speeds", value, 0.1, 3.0, " m/s")
-        checks.impulses("--impulses", self.impulses)
-        checks.walk_seconds(self.seconds)
-        for option in ("walkers", "phases", "replicas"):
-            checks.whole(f"--{option}", getattr(self, option))
-        checks.seed(self.seed)
+        PushTest.of(self).check()
         files.check_folder("--out", self.out)
 
     def values(self) -> dict[str, tuple[float, ...]]:

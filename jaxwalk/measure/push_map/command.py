@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +28,12 @@ if TYPE_CHECKING:
     from jaxwalk.measure.push_map.options import PushMapArgs
 
 REPLICAS = 64, 8  # walkers for each cell: by native code, and elsewhere
+
+
+def grid_of(args: PushMapArgs, subject: Subject) -> Grid:
+    """What is tried, with as many replicas as the machine makes light of where none are asked for."""
+    replicas = backend.sized(args, subject.config, *REPLICAS).replicas or 0
+    return Grid.even(args.impulses, args.phases, args.points, args.durations, replicas, args.seed)
 
 
 def push_map(
@@ -79,8 +86,8 @@ def _pendulum(subject: Subject, walked: Trial, found: table.Table) -> Pendulum:
 def main(args: PushMapArgs) -> None:
     """Run ``jaxwalk push-map``."""
     subject = named.load(args.policy, model=args.model)
-    args = backend.sized(args, subject.config, *REPLICAS)
-    grid = Grid.even(args.impulses, args.phases, args.points, args.durations, args.replicas or 0, args.seed)
+    grid = grid_of(args, subject)
+    args = dataclasses.replace(args, replicas=grid.replicas)
     title = f"{args.policy}, {args.engine}: {grid.replicas} walkers a cell, {grid.size:,} trials"
     study.carry_out(
         "push-map",

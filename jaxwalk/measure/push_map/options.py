@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import get_args
 
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
@@ -51,24 +52,30 @@ class PushMapArgs:
           UserError: an option out of its range.
         """
         checks.policy(self.policy)
-        for option, values in (
-            ("--impulses", self.impulses),
-            ("--durations", self.durations),
-        ):
-            checks.ascending(option, values)
+        checks.ascending("--impulses", self.impulses)
+        checks.ascending("--durations", self.durations)
         for impulse in self.impulses:
             checks.between("--impulses", impulse, -1000.0, 1000.0, " N s")
         if len(set(self.points)) < len(self.points):
             raise UserError(f"--points {','.join(self.points)}: give each point once")
         for point in self.points:
-            checks.between("--points torso", Point.of(point).height, -1.0, 1.0, " m above its centre")
+            checks.between("--points torso", _point(point).height, -1.0, 1.0, " m above its centre")
         for duration in self.durations:
             checks.push_seconds("--durations", duration)
         checks.replicas(self.replicas)
         for option in ("phases", "chunk"):
             checks.whole(f"--{option}", getattr(self, option))
+        if self.engine not in get_args(Engine):
+            raise UserError(f"--engine {self.engine}: give one of {', '.join(get_args(Engine))}")
         checks.seed(self.seed)
         files.check_folder("--out", self.out)
+
+
+def _point(name: str) -> Point:
+    try:
+        return Point.of(name)
+    except ValueError as error:
+        raise UserError(f"--points {error}") from None
 
 
 def read(argv: Sequence[str]) -> PushMapArgs:

@@ -9,6 +9,7 @@ from pathlib import Path
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Engine
+from jaxwalk.measure.protocol import PushTest
 from jaxwalk.options import checks
 from jaxwalk.options.parse import Impulses, Numbers, Policy, checked
 
@@ -53,7 +54,6 @@ class SensitivityArgs:
           UserError: an option out of its range.
         """
         checks.policy(self.policy)
-        checks.impulses("--impulses", self.impulses)
         for option in ("timesteps", "iterations", "contact_timeconsts", "frictions"):
             for value in getattr(self, option):
                 checks.positive(f"--{option.replace('_', '-')}", value, "numbers")
@@ -63,10 +63,7 @@ class SensitivityArgs:
             checks.between("--iterations", value, 1, 1000, "")
             if value != round(value):
                 raise UserError(f"--iterations {value:g}: give whole numbers")
-        checks.walk_seconds(self.seconds)
-        for option in ("walkers", "phases", "replicas"):
-            checks.whole(f"--{option}", getattr(self, option))
-        checks.seed(self.seed)
+        PushTest.of(self).check()
         files.check_folder("--out", self.out)
 
 

@@ -46,7 +46,7 @@ def require_screen() -> None:
     if subprocess.run([sys.executable, "-c", _PROBE], capture_output=True).returncode:
         raise UserError(
             "no screen that a window with OpenGL opens on: give a desktop session (DISPLAY), or watch "
-            "a page by jaxwalk export POLICY --format html, or a film by jaxwalk render"
+            "a page by jaxwalk render POLICY --out walk.html, or a film"
         )
 
 
