@@ -9,6 +9,7 @@ Importing the package imports nothing else: each name is fetched when it is firs
 """
 
 import sys
+import threading
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     )
 
 __version__ = "0.1.0"
+_LOCK = threading.RLock()
 
 __all__ = [
     "Config",
@@ -52,9 +54,10 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module 'jaxwalk' has no attribute {name!r}")
-    if "jaxwalk.api" not in sys.modules:
-        import_module("jaxwalk.common.runtime").setup(begun=True)  # before what computes
-    return getattr(import_module("jaxwalk.api"), name)
+    with _LOCK:  # or two threads would set JAX up at once
+        if "jaxwalk.api" not in sys.modules:
+            import_module("jaxwalk.common.runtime").setup(begun=True)  # before what computes
+        return getattr(import_module("jaxwalk.api"), name)
 
 
 def __dir__() -> list[str]:

@@ -39,7 +39,7 @@ def main(args: DemoArgs) -> None:
     Raises:
       UserError: the file cannot be written.
     """
-    console = Console()
+    console = Console(markup=False)
     with console.status("walking, and being pushed"):
         recorded = record()
         page = replay.html(recorded, named.origin(POLICY), "jaxwalk demo", _BY)

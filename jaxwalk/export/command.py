@@ -62,6 +62,8 @@ def write(
     Raises:
       UserError: a package of the extra ``export`` is missing, or the folder cannot be written.
     """
+    if "safetensors" in kinds:
+        run_folder.check_none("--out", folder)  # whose policy has the same name
     contents = {kind: WRITERS[kind][1](trained, told) for kind in kinds}
     seen = observations(trained, _VECTORS)
     actions = np.asarray(jax.jit(policy.act)(policy.without_origin(trained), seen))
@@ -90,9 +92,7 @@ def main(args: ExportArgs) -> None:
     Raises:
       UserError: a policy that cannot be had in a format asked for, or a file that fails its test.
     """
-    console = Console()
-    if "safetensors" in args.format:
-        run_folder.check_none("--out", args.out)  # whose policy has the same name
+    console = Console(markup=False)
     written = write(*load(args.policy), args.format, args.out)
     table = Table("format", "file", "bytes", "actions", "commands, m or s", title=f"{args.policy}, exported")
     for kind, path in written.items():

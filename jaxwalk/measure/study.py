@@ -49,7 +49,7 @@ def carry_out(
     folder = getattr(args, "out", None)
     if folder is not None:
         files.make_folder("--out", folder)
-    console = Console()
+    console = Console(markup=False)
     backend.begin(config, getattr(args, "engine", "mjx"))
     with screen.bars(console) as tell:
         result = measure(tell) | provenance.stamp(command, args, subject, config)

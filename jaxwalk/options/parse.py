@@ -108,7 +108,9 @@ def _without_values(argv: Sequence[str], switches: set[tuple[str, str]]) -> list
         if option.startswith("--") and (prefix, name) in switches:
             if not value and given and given[0] in ("True", "False"):
                 value = given.pop(0)
-            if value in ("True", "False"):
+            if value not in ("", "True", "False"):
+                raise UserError(f"{word:.60}: is a switch; give {option} or --{prefix}no-{name}")
+            if value:
                 word = f"--{prefix}{'' if value == 'True' else 'no-'}{name}"
         words.append(word)
     return words

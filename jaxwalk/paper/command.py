@@ -34,7 +34,7 @@ from jaxwalk.task import backend
 
 def main(args: PaperArgs) -> None:
     """Run ``jaxwalk paper``."""
-    console = Console()
+    console = Console(markup=False)
     subject = named.load(args.policy)
     claims = registry()
     Store(args, subject, {})  # what is wrong with the one that is there is said before hours of training

@@ -101,7 +101,7 @@ def _print(
     for row in best[:BEST]:
         values = [shown(row["values"][one.name]) for one in dimensions]
         table.add_row(str(row["trial"]), f"{row['score']:.3f}", *values, f"{row['seconds']:.0f}")
-    console = Console()
+    console = Console(markup=False)
     console.print(table)
     counted = ", ".join(f"{count} {state}" for state, count in states.items() if count)
     console.print(f"trials: {counted or 'none'}; all of them in {folder}/sweep.csv", soft_wrap=True)

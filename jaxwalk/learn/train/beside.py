@@ -17,14 +17,19 @@ from jaxwalk.task import rules, scenarios
 def of_rules(config: Config, seed: int) -> dict[str, Marks]:
     """How each rule of `rules.RULES` does in the finals of a run of ``config`` and ``seed``."""
     seen = dataclasses.replace(config, observation=rules.OBSERVATION)
-    exam = Exam(seen, rules.act, devices.mesh(), seed, scenarios.FINALS, finals.IMPULSES, finals.REPLICAS)
-    person = rules.reference(config.gait)
-    return {name: exam((rules.strong(rule), person))[0] for name, rule in rules.RULES.items()}
+    mesh, person = devices.mesh(), rules.reference(config.gait)
+    exam = Exam(seen, rules.act, mesh, seed, scenarios.FINALS, finals.IMPULSES, finals.REPLICAS)
+    return {
+        name: exam(devices.here((rules.strong(rule), person), mesh))[0] for name, rule in rules.RULES.items()
+    }
 
 
 def lines(folder: Path) -> list[str]:
     """What the end of a run says: how its policy fares, and what one would type next."""
-    said, settled = [], run_folder.read_summary(folder).get("finals")
+    said, summary = [], run_folder.read_summary(folder)
+    settled = summary.get("finals")
+    if summary.get("interrupted"):
+        said.append(f"it goes on by {shlex.join(['jaxwalk', 'train', '--resume', str(folder)])}")
     if settled:
         own = settled[0]
         found = of_rules(run_folder.load_config(folder), run_folder.load_origin(folder).seed)

@@ -65,7 +65,7 @@ def main(args: BenchArgs) -> None:
     if args.stages or args.batches:
         scaling.main(args)
         return
-    console = Console()
+    console = Console(markup=False)
     with console.status("starting") as status:
         result = bench(args, status.update)
     if args.json is not None:

@@ -101,7 +101,7 @@ def measure(name: str, args: BenchArgs, tell: Callable[[str], None] = lambda wha
 
 def main(name: str, args: BenchArgs) -> None:
     """Run ``jaxwalk bench --deploy POLICY`` for the policy called ``name``."""
-    console = Console()
+    console = Console(markup=False)
     with console.status("starting") as status:
         result = measure(name, args, status.update)
     if args.json is not None:

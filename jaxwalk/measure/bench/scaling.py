@@ -45,7 +45,7 @@ def bench(args: BenchArgs, tell: Callable[[str], None] = lambda what: None) -> d
 
 def main(args: BenchArgs) -> None:
     """Run ``jaxwalk bench --stages`` or ``--batches``."""
-    console = Console()
+    console = Console(markup=False)
     with console.status("starting") as status:
         result = bench(args, status.update)
     if args.json is not None:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 def main(args: ReportArgs) -> None:
     """Run ``jaxwalk report``."""
     subject = named.load(args.policy)
-    console = Console()
+    console = Console(markup=False)
     parts = [part for name, part in PARTS.items() if name in args.parts]
     # All that is there is read before minutes of work, so that what is wrong with it is said at once.
     ready = {part.command: figure for part in parts if (figure := _figure(part, args, subject))}

@@ -124,7 +124,7 @@ def main(args: RenderArgs) -> None:
         _write_page(args, subject)
         return
     scene.choose_backend()  # before the walk, which takes its time
-    console = Console()
+    console = Console(markup=False)
     model = scene.model(subject.config)
     shove = Shove(args.push, args.push_time, args.push_duration, args.push_height) if args.push else None
     with console.status("walking"):
@@ -142,7 +142,7 @@ def main(args: RenderArgs) -> None:
 
 
 def _write_page(args: RenderArgs, subject: Subject) -> None:
-    console = Console()
+    console = Console(markup=False)
     with console.status("walking") as status:
         recorded = replay.record(subject, args.impulses, args.seed, status.update)
     page = replay.html(recorded, named.origin(args.policy), lines.line("render", args))

@@ -65,7 +65,7 @@ def main(args: ViewArgs) -> None:
         model=args.model,
     )
     require_screen()
-    console = Console()
+    console = Console(markup=False)
     model, stature = scene.model(subject.config), subject.config.body.height
     model.vis.quality.shadowsize = SHADOW
     with console.status("compiling"):

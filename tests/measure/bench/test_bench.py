@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from jaxwalk.config import Config
+from jaxwalk.config import Config, PhysicsConfig
 from jaxwalk.measure.bench import command, programs, rounds, scaling
 from jaxwalk.measure.bench.options import BenchArgs
 from jaxwalk.task.stepper import Task
@@ -155,7 +155,7 @@ def test_it_is_shown_and_drawn(batch_folder, batch, capsys):
 
 @pytest.mark.slow
 def test_the_bare_step_goes_through_the_motion_of_the_tick():
-    config, windows = Config(), 25
+    config, windows = Config(physics=PhysicsConfig(solver="mjx")), 25  # as the bare step's
     task = Task.of(config)
     ticks = windows * task.setup.window_ticks
     start = jax.jit(partial(programs.unpushed, config, task))(jax.random.key(0))

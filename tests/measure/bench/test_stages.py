@@ -95,7 +95,8 @@ def test_a_batch_that_the_devices_cannot_share_is_refused(monkeypatch):
 @pytest.mark.slow
 def test_the_stages_of_one_walker_go_one_way():
     """Without noise and pushes the plant goes through the same motion, stage by stage."""
-    config = Config(sensors=dataclasses.replace(Config().sensors, noise=0.0))
+    # By XLA throughout: native code rounds otherwise, which a landing enlarges.
+    config = Config(sensors=dataclasses.replace(Config().sensors, noise=0.0), kernels="off")
     task, windows = Task.of(config), 4
     ticks = windows * task.setup.window_ticks
     state = jax.jit(partial(programs.unpushed, config, task))(jax.random.key(0))
