@@ -26,7 +26,7 @@ from jaxwalk.options import lines
 
 ROOT = Path(__file__).resolve().parent.parent
 RESULTS = ROOT / "docs" / "results"
-PAGES = ("README.md", "docs/results.md", "docs/deploy.md")
+PAGES = ("README.md", "docs/results.md", "docs/deploy.md", "docs/native.md")
 BLOCK = re.compile(r"(<!-- results:([a-z-]+) -->\n).*?(<!-- /results -->)", re.DOTALL)
 LEARNERS = {  # the folders of docs/results/learning, and how they are told
     "ddpg": "DDPG (`jaxwalk train`)",
