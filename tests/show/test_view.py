@@ -112,4 +112,4 @@ def test_without_a_screen_it_is_one_line_and_2(monkeypatch, capsys):
     assert cli.main(["view", "fixed"]) == 2
     said = capsys.readouterr().err
     assert said.startswith("jaxwalk: error: no screen") and said.count("\n") == 1
-    assert "--format html" in said
+    assert "--out walk.html" in said

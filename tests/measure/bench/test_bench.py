@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from jaxwalk.config import Config, PhysicsConfig
+from jaxwalk.config import Config
 from jaxwalk.measure.bench import command, programs, rounds, scaling
 from jaxwalk.measure.bench.options import BenchArgs
 from jaxwalk.task.stepper import Task
@@ -154,8 +154,8 @@ def test_it_is_shown_and_drawn(batch_folder, batch, capsys):
 
 
 @pytest.mark.slow
-def test_the_bare_step_goes_through_the_motion_of_the_tick():
-    config, windows = Config(physics=PhysicsConfig(solver="mjx")), 25  # as the bare step's
+def test_the_bare_step_walks_as_the_tick_does():
+    config, windows = Config(), 25
     task = Task.of(config)
     ticks = windows * task.setup.window_ticks
     start = jax.jit(partial(programs.unpushed, config, task))(jax.random.key(0))
@@ -163,5 +163,5 @@ def test_the_bare_step_goes_through_the_motion_of_the_tick():
     bare = jax.jit(partial(programs.bare_steps, config, task))(start.walker, commands)
     walked, _ = jax.jit(partial(programs.walk_ticks, task, windows))(start)
     assert not walked.terminated
-    # Three programs round differently; half a second of walking enlarges that little.
-    np.testing.assert_allclose(bare.qpos, walked.walker.plant.qpos, atol=1e-4)
+    # Bare MJX keeps the derivative of a servo that is clamped, the tick does not (docs/physics.md).
+    np.testing.assert_allclose(bare.qpos, walked.walker.plant.qpos, atol=0.05)
