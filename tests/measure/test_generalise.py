@@ -104,6 +104,7 @@ def small(tmp_path_factory):
     """(rows by kind and value, how often a program was made to move walkers)."""
     out, made = tmp_path_factory.mktemp("generalise"), []
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(evaluation, "AFTER_PUSH", 1.0)  # C MuJoCo, called tick by tick, is slow
         real = trials.model_of
         patch.setattr(trials, "model_of", lambda *who: made.append(1) or real(*who))
         options = (
