@@ -3,13 +3,15 @@
 Nothing here imports jax, so that ``jaxwalk --help`` stays fast.
 """
 
-from jaxwalk.config.gait import GaitConfig
+from jaxwalk.config.compliant import CompliantConfig
+from jaxwalk.config.gait import Form, GaitConfig
 from jaxwalk.config.schema import Config, Kernels, Observable, to_dict
-from jaxwalk.config.training import DDPGConfig, PushConfig, RewardConfig, TrainConfig
+from jaxwalk.config.training import DDPGConfig, PushConfig, RewardConfig, TaskConfig, TrainConfig
 from jaxwalk.config.walker import (
     GRAVITY,
     REFERENCE_HEIGHT,
     REFERENCE_MASS,
+    Actuators,
     BodyConfig,
     BodyModel,
     Drive,
@@ -24,12 +26,15 @@ __all__ = [
     "GRAVITY",
     "REFERENCE_HEIGHT",
     "REFERENCE_MASS",
+    "Actuators",
     "BodyConfig",
     "BodyModel",
+    "CompliantConfig",
     "Config",
     "DDPGConfig",
     "Drive",
     "Engine",
+    "Form",
     "GaitConfig",
     "GazeboConfig",
     "Kernels",
@@ -39,6 +44,7 @@ __all__ = [
     "PushConfig",
     "RewardConfig",
     "SensorConfig",
+    "TaskConfig",
     "TrainConfig",
     "to_dict",
 ]

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
+
+from jaxwalk.config.compliant import CompliantConfig
+
+Form = Literal["rigid", "compliant"]
+"""The controllers: the paper's, of stiff legs; or legs that yield and steps that can be changed."""
 
 
 @dataclass(frozen=True)
 class GaitConfig:
     """The low-level controllers. Lengths, times, rates and torques are the reference body's."""
 
+    form: Form = "rigid"
+    """rigid: as the paper's, by servos. compliant: impedances and push-off, by torques (``compliant``)."""
+    compliant: CompliantConfig = field(default_factory=CompliantConfig)
+    """The numbers of the latter."""
     speed_desired: float = 1.0
     """Forward speed that is aimed at, v_desire, m/s (not scaled with the body)."""
     length_nominal: float = 0.633

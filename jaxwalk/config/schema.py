@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from jaxwalk.config.gait import GaitConfig
-from jaxwalk.config.training import DDPGConfig, PushConfig, RewardConfig, TrainConfig
+from jaxwalk.config.training import DDPGConfig, PushConfig, RewardConfig, TaskConfig, TrainConfig
 from jaxwalk.config.walker import BodyConfig, PhysicsConfig, SensorConfig
 
 Observable = Literal[
     "speed", "pitch", "zmp", "step_length", "pitch_rate", "acceleration",
-    "speed_desired", "height", "com_ahead",
+    "speed_desired", "height", "com_ahead", "elapsed", "capture_ahead", "swing_ahead",
 ]  # fmt: skip
 
 Kernels = Literal["auto", "off"]
@@ -27,6 +27,7 @@ class Config:
     physics: PhysicsConfig = field(default_factory=PhysicsConfig)
     sensors: SensorConfig = field(default_factory=SensorConfig)
     gait: GaitConfig = field(default_factory=GaitConfig)
+    task: TaskConfig = field(default_factory=TaskConfig)
     pushes: PushConfig = field(default_factory=PushConfig)
     reward: RewardConfig = field(default_factory=RewardConfig)
     ddpg: DDPGConfig = field(default_factory=DDPGConfig)

@@ -7,6 +7,15 @@ from typing import Literal
 
 
 @dataclass(frozen=True)
+class TaskConfig:
+    """What is decided, and when."""
+
+    replan: int = 0
+    """Decision windows after which the step under way is decided anew, until its foot lands; 0: never, as in
+    the paper."""
+
+
+@dataclass(frozen=True)
 class PushConfig:
     """The pushes that walkers meet in training."""
 

@@ -34,8 +34,12 @@ class BodyConfig:
     """In the plane, or free between two frictionless walls with a small gap, as the paper's."""
 
 
-Drive = Literal["servo", "gazebo"]
-"""What carries out the controllers' commands: MuJoCo's servos, or Gazebo's ways."""
+Drive = Literal["servo", "gazebo", "torque"]
+"""What carries out the controllers' commands: MuJoCo's servos, Gazebo's ways, or motors that give the torque
+they are told."""
+
+Actuators = Literal["person", "exoskeleton", "unlimited"]
+"""Whose strength the joints have: see ``jaxwalk.model.strength``."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +93,8 @@ class PhysicsConfig:
     """MuJoCo's own solver stops early when its scaled improvement falls below this."""
     contact_timeconst: float = 0.006
     """Time constant of contacts (MuJoCo solref[0]), s; at least two ticks."""
+    heel_timeconst: float = 0.006
+    """The same under the heel, s: people's heel pad and shoe take up most of a landing."""
     friction: float = 0.9
     """Sliding friction between sole and floor."""
     hip_gain: float = 290.0
@@ -112,7 +118,9 @@ class PhysicsConfig:
     abduction_limit: float = 200.0
     """walls: largest abduction torque, N m."""
     drives: Drive = "servo"
-    """What moves the joints: servos within the solver, or Gazebo's velocity PIDs and timed efforts."""
+    """What moves the joints: servos within the solver, Gazebo's velocity PIDs and timed efforts, or torques."""
+    actuators: Actuators = "unlimited"
+    """torque: the strength that the joints have at each rate. unlimited: the limits above alone."""
     gazebo: GazeboConfig = field(default_factory=GazeboConfig)
     """The gains of the latter."""
 

@@ -8,7 +8,8 @@ from flax import struct
 from jaxtyping import Array, Float
 
 from jaxwalk.config import BodyConfig, GaitConfig
-from jaxwalk.control import controllers, scaling
+from jaxwalk.control import scaling
+from jaxwalk.control.rigid.controllers import Inertias
 from jaxwalk.model import anthropometry, engine, kinematics
 from jaxwalk.model.burdens import Burden
 from jaxwalk.model.engine import Setup
@@ -53,10 +54,10 @@ def skeleton(setup: Setup, person: Person) -> kinematics.Skeleton:
     return kinematics.skeleton(reference_body(setup), person.ratio.length)
 
 
-def inertias(setup: Setup, person: Person) -> controllers.Inertias:
+def inertias(setup: Setup, person: Person) -> Inertias:
     """``person``'s inertias for the toe-off equations; the torso is the paper's box, m h^2 / 3."""
     reference = reference_body(setup)
-    return controllers.Inertias(
+    return Inertias(
         torso=reference.torso.mass * reference.torso.length**2 / 3 * person.ratio.inertia,
         leg_mass=(reference.thigh.mass + reference.shank.mass + reference.foot.mass) / 2 * person.ratio.mass,
         damping=setup.physics.ankle_damping * person.ratio.rotational_damping,

@@ -7,15 +7,19 @@ from typing import Any
 
 import jax
 
-from jaxwalk.config import GaitConfig
+from jaxwalk.config import CompliantConfig, GaitConfig
 from jaxwalk.model.similarity import Similarity
 
 # The controllers' numbers may be traced (one set for each walker of a batch): tuning needs that.
-SWITCHES = ("toe_off_form", "toe_off_latched", "back_step")
+SWITCHES = ("form", "toe_off_form", "toe_off_latched", "back_step")
 jax.tree_util.register_dataclass(
     GaitConfig,
     data_fields=[f.name for f in dataclasses.fields(GaitConfig) if f.name not in SWITCHES],
     meta_fields=list(SWITCHES),
+)
+
+jax.tree_util.register_dataclass(
+    CompliantConfig, data_fields=[f.name for f in dataclasses.fields(CompliantConfig)], meta_fields=[]
 )
 
 # How the reference body's numbers scale; what is not named is a pure number or an angle.
@@ -46,6 +50,33 @@ _DIMENSION = {
     "touchdown_force": "force",
     "stall_seconds": "time",
 }
+_COMPLIANT = {
+    "hip_damping": "rotational_damping",
+    "hip_rate_max": "rate",
+    "hip_speed_min": "speed",
+    "knee_stiffness": "torque",
+    "knee_damping": "rotational_damping",
+    "knee_seconds": "time",
+    "ankle_stiffness": "torque",
+    "ankle_damping": "rotational_damping",
+    "push_off_torque": "torque",
+    "toe_off_seconds": "time",
+    "swing_stiffness": "torque",
+    "swing_damping": "rotational_damping",
+    "swing_rate_max": "rate",
+    "swing_knee_stiffness": "torque",
+    "swing_knee_damping": "rotational_damping",
+    "landing_knee_stiffness": "torque",
+    "landing_knee_damping": "rotational_damping",
+    "landing_seconds": "time",
+    "swing_ankle_stiffness": "torque",
+    "swing_ankle_damping": "rotational_damping",
+    "landing_time": "time",
+    "landing_capture": "length",
+    "passing_seconds": "time",
+    "back_ahead": "length",
+    "back_force": "force",
+}
 
 
 def scaled(config: GaitConfig, body: Similarity) -> GaitConfig:
@@ -55,4 +86,11 @@ def scaled(config: GaitConfig, body: Similarity) -> GaitConfig:
     }
     # Torque per speed.
     values["toe_off_gain"] = config.toe_off_gain * body.torque / body.speed
-    return dataclasses.replace(config, **values)
+    own = config.compliant
+    legs: dict[str, Any] = {
+        name: getattr(own, name) * getattr(body, kind) for name, kind in _COMPLIANT.items()
+    }
+    legs["push_off_gain"] = own.push_off_gain * body.torque / body.speed
+    legs["ankle_capture_gain"] = own.ankle_capture_gain * body.torque / body.length
+    legs["pitch_capture_gain"] = own.pitch_capture_gain / body.length
+    return dataclasses.replace(config, **values, compliant=dataclasses.replace(own, **legs))

@@ -9,10 +9,10 @@ import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from jaxwalk.control import back_step, controllers, drives, sensors, step_clock
-from jaxwalk.control.person import Person, inertias, reference_body, skeleton
+from jaxwalk.control import drives, forms, sensors, step_clock
+from jaxwalk.control.person import Person, reference_body, skeleton
 from jaxwalk.control.step_clock import StepClock
-from jaxwalk.model import anthropometry, burdens, engine, kinematics, physics, pushes
+from jaxwalk.model import anthropometry, burdens, engine, physics, pushes
 from jaxwalk.model.engine import Setup
 
 
@@ -101,16 +101,7 @@ def start(
         joint_rates=rates,
         touch=jnp.zeros(2),
     )
-    numbers = person.gait
-    torque, seconds = _toe_off(setup, person, bones, estimate, 1 - stance)
-    clock = StepClock(
-        stance=stance,
-        elapsed=zero,
-        length=numbers.length_nominal * jnp.ones(()),
-        duration=numbers.duration_nominal * jnp.ones(()),
-        toe_off=torque,
-        toe_off_seconds=seconds,
-    )
+    clock = forms.of(person.gait).start(setup, person, bones, estimate, stance)
     walls = jnp.zeros(2) if where.walls else None
     motors = drives.start(where) if setup.physics.drives == "gazebo" else None
     return Walker(person, plant, state, estimate, clock, pushes.none(), key, jnp.int32(0), walls, motors)
@@ -120,24 +111,6 @@ def _total(tree: Any) -> Float[Array, ""]:
     """The sum of all numbers in ``tree``: not finite if one is not, for none is near the largest float."""
     parts = [x for x in jax.tree.leaves(tree) if jnp.issubdtype(x.dtype, jnp.floating)]
     return jnp.sum(jnp.concatenate([jnp.ravel(x) for x in parts]))
-
-
-def _toe_off(
-    setup: Setup,
-    person: Person,
-    bones: kinematics.Skeleton,
-    estimate: sensors.Estimate,
-    trailing: Int[Array, ""],
-) -> tuple[Float[Array, ""], Float[Array, ""]]:
-    angle = kinematics.thigh_angles(estimate.joints, estimate.pitch)[trailing]
-    knee = estimate.joints[trailing, 1]
-    numbers = person.gait
-    torque = controllers.toe_off_torque(
-        numbers, inertias(setup, person), bones.leg, estimate.speed, angle, knee
-    )
-    if numbers.back_step:  # after one, the leg that would push is ahead, and would push further back
-        torque = jnp.where(angle < 0, torque, 0.0)
-    return controllers.push_off(numbers, setup.physics.ankle_limit * person.ratio.torque, torque)
 
 
 def landed_length(setup: Setup, walker: Walker) -> Float[Array, ""]:
@@ -162,7 +135,8 @@ def drive(setup: Setup, walker: Walker) -> tuple[Walker, Float[Array, "A"], Floa
     """The walker with its drives and the push it meets told, and what acts on its plant in the coming tick:
     control and loads."""
     person, where = walker.person, physics.layout(setup.body)
-    command = controllers.command(person.gait, skeleton(setup, person), walker.gait, walker.estimate)
+    bones = skeleton(setup, person)
+    command = forms.of(person.gait).command(setup, person, bones, walker.gait, walker.estimate)
     walker = walker.replace(push=pushes.met(walker.push, walker.tick, walker.gait.stance))
     loads = pushes.loads(walker.push, walker.tick, walker.plant.qpos[2])
     if person.burden is not None:
@@ -224,26 +198,18 @@ def advance(
     Args:
       white: this tick's row of `noise`.
     """
-    person, numbers = walker.person, walker.person.gait
+    person = walker.person
     bones = skeleton(setup, person)
     state, estimate = sensors.measure(setup.sensors, setup.timestep, walker.sensors, readings, white)
 
     clock = walker.gait.replace(elapsed=walker.gait.elapsed + setup.timestep)
-    where = (numbers, bones, clock, estimate)
-    landed = step_clock.touched_down(*where) | back_step.touched_down(*where)
-    # At a touch-down the legs swap: the one that was in stance trails and pushes off.
-    trailing = jnp.where(landed, clock.stance, 1 - clock.stance)
-    torque, seconds = _toe_off(setup, person, bones, estimate, trailing)
-    clock = step_clock.pressed(numbers, clock, torque, seconds)
-    restarted = clock.replace(
-        stance=1 - clock.stance, elapsed=jnp.zeros(()), toe_off=torque, toe_off_seconds=seconds
-    )
+    after_tick, landed = forms.of(person.gait).proceed(setup, person, bones, clock, estimate)
     event_length = step_clock.step_length(bones, clock, estimate)
     after = walker.replace(
         plant=plant,
         sensors=state,
         estimate=estimate,
-        gait=jax.tree.map(lambda new, old: jnp.where(landed, new, old), restarted, clock),
+        gait=after_tick,
         tick=walker.tick + 1,
         walls=readings.walls,
     )

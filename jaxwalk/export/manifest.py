@@ -16,7 +16,7 @@ import jax.numpy as jnp
 
 from jaxwalk import __version__
 from jaxwalk.config import GRAVITY, REFERENCE_HEIGHT, REFERENCE_MASS, BodyConfig, Config
-from jaxwalk.control import back_step, scaling, sensors
+from jaxwalk.control import posture, scaling, sensors
 from jaxwalk.control.person import Person, inertias
 from jaxwalk.deploy.file import FORMAT_VERSION
 from jaxwalk.learn.policies import policy
@@ -126,7 +126,7 @@ def _numbers(config: Config) -> Iterator[tuple[str, dict[str, float]]]:
             _number(lambda r, f=field: getattr(inertias(setup, Person(r, config.gait)), f)),
         )
     yield "ankle_limit", _number(lambda r: config.physics.ankle_limit * r.torque)
-    yield "torso_share", _number(lambda r: back_step.TORSO_SHARE)
+    yield "torso_share", _number(lambda r: posture.TORSO_SHARE)
 
 
 def _number(of: Callable[[Similarity], Any], value: float | None = None) -> dict[str, float]:

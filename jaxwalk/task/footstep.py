@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from jaxwalk.config import RewardConfig
-from jaxwalk.control import sensors
+from jaxwalk.control import posture, sensors, step_clock
 from jaxwalk.control.person import Person, skeleton
 from jaxwalk.control.walker import Walker
 from jaxwalk.model.engine import Setup
@@ -35,6 +35,16 @@ def _com_ahead(setup: Setup, state: Walker) -> Float[Array, ""]:
     return ahead / state.person.ratio.length
 
 
+def _capture_ahead(setup: Setup, state: Walker) -> Float[Array, ""]:
+    where = posture.of(skeleton(setup, state.person), state.estimate)
+    return (where.capture - where.ankle[state.gait.stance]) / state.person.ratio.length
+
+
+def _swing_ahead(setup: Setup, state: Walker) -> Float[Array, ""]:
+    bones = skeleton(setup, state.person)
+    return step_clock.step_length(bones, state.gait, state.estimate) / state.person.ratio.length
+
+
 # Everything is told as the reference body would feel it (dynamic similarity).
 _OBSERVABLES: dict[str, _Seen] = {
     "speed": lambda setup, w, length: w.estimate.speed / w.person.ratio.speed,
@@ -46,6 +56,9 @@ _OBSERVABLES: dict[str, _Seen] = {
     "speed_desired": lambda setup, w, length: w.person.gait.speed_desired / w.person.ratio.speed,
     "height": lambda setup, w, length: w.person.ratio.length,
     "com_ahead": lambda setup, w, length: _com_ahead(setup, w),
+    "elapsed": lambda setup, w, length: w.gait.elapsed / w.person.ratio.time,
+    "capture_ahead": lambda setup, w, length: _capture_ahead(setup, w),
+    "swing_ahead": lambda setup, w, length: _swing_ahead(setup, w),
 }
 
 

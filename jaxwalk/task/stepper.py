@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import jax
 import jax.numpy as jnp
 from flax import struct
-from jaxtyping import Array, Bool, Float, PRNGKeyArray
+from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from jaxwalk.config import Config, Engine, GaitConfig, RewardConfig
 from jaxwalk.control import walker
@@ -31,6 +31,7 @@ class Task:
       reward: its weights.
       gamma: discount of a footstep that did not end in a fall.
       episode_ticks: after these the next touch-down is the last (truncation).
+      replan: windows after which the step under way is decided anew; 0: never.
     """
 
     setup: Setup
@@ -38,12 +39,14 @@ class Task:
     reward: RewardConfig
     gamma: float
     episode_ticks: int
+    replan: int = 0
 
     @classmethod
     def of(cls, config: Config, engine: Engine = "mjx") -> Task:
         """The task of ``config``, whose walkers ``engine`` moves."""
         ticks = round(config.train.episode_seconds / config.physics.timestep)
-        return cls(Setup.of(config, engine), config.observation, config.reward, config.ddpg.gamma, ticks)
+        setup, gamma, replan = Setup.of(config, engine), config.ddpg.gamma, config.task.replan
+        return cls(setup, config.observation, config.reward, gamma, ticks, replan)
 
 
 class Footstep(struct.PyTreeNode):
@@ -62,6 +65,18 @@ class Footstep(struct.PyTreeNode):
     speed: Float[Array, ""]
 
 
+class Interval(struct.PyTreeNode):
+    """What has been since the last answer, of a walker that is asked again within the step.
+
+    Attributes:
+      windows: decision windows. landed: a foot has. speed_sum: of the estimated speed over its ticks, m/s.
+    """
+
+    windows: Int[Array, ""]
+    landed: Bool[Array, ""]
+    speed_sum: Float[Array, ""]
+
+
 class Stepper(struct.PyTreeNode):
     """A walker and the decision it lives under.
 
@@ -76,6 +91,7 @@ class Stepper(struct.PyTreeNode):
       terminated: fell, stalled or broke; nothing moves any more.
       truncated: its time is over; likewise.
       broken: a number of its state was not finite; what led there is kept out of ``last``.
+      interval: since the last answer; None where steps are never decided anew.
     """
 
     walker: Walker
@@ -88,6 +104,7 @@ class Stepper(struct.PyTreeNode):
     terminated: Bool[Array, ""]
     truncated: Bool[Array, ""]
     broken: Bool[Array, ""]
+    interval: Interval | None = None
 
     @property
     def done(self) -> Bool[Array, "..."]:
@@ -130,6 +147,7 @@ def start(
         terminated=false,
         truncated=false,
         broken=false,
+        interval=Interval(jnp.int32(0), false, zero) if task.replan else None,
     )
 
 
@@ -179,36 +197,78 @@ def advance(task: Task, stepper: Stepper, state: Walker, event: walker.Event) ->
     seconds = jnp.maximum(event.step_seconds, task.setup.timestep)
     speed_sum = stepper.speed_sum + state.estimate.speed
     speed = speed_sum * task.setup.timestep / seconds
-    observation = footstep.observe(task.observation, task.setup, state, event.step_length)
-    earned = footstep.reward(task.reward, task.setup, state, speed, event.step_length, event.fell)
+    asks, interval, share, mean = event.touchdown, None, None, speed
+    length = event.step_length
+    if stepper.interval is not None:
+        asks, interval, share, mean = _since(task, stepper.interval, state, event)
+        length = jnp.where(event.touchdown, length, stepper.last.length)
+    observation = footstep.observe(task.observation, task.setup, state, length)
+    earned = footstep.reward(task.reward, task.setup, state, mean, length, event.fell)
+    discount = jnp.float32(task.gamma)
+    if share is not None:
+        earned = jnp.where(event.fell, earned, earned * share)
+        discount = discount**share
     closed = Footstep(
         closed=jnp.bool_(True),
         transition=Transition(
             observation=stepper.observation,
             action=stepper.action,
             reward=earned,
-            discount=jnp.where(event.fell, 0.0, task.gamma),
+            discount=jnp.where(event.fell, 0.0, discount),
             next_observation=observation,
         ),
         length=event.step_length,
         seconds=seconds,
         speed=speed,
     )
-    ends = (event.touchdown | event.fell) & stepper.decided & ~event.broken
+    ends = (asks | event.fell) & stepper.decided & ~event.broken
     # A fall before the last touch-down was answered is the doing of the footstep that just closed.
     undecided = event.fell & ~stepper.decided & ~event.broken
     blamed = stepper.last.replace(
         transition=replace(stepper.last.transition, reward=earned, discount=jnp.zeros(()))
     )
+    last = select(ends, closed, select(undecided, blamed, stepper.last))
+    if interval is not None:  # a footstep ends at its landing, whenever what is decided ends
+        landing = (event.touchdown | event.fell) & ~event.broken
+        told = [(getattr(closed, name), getattr(stepper.last, name)) for name in _LANDING]
+        kept = {name: jnp.where(landing, *x) for name, x in zip(_LANDING, told, strict=True)}
+        last = last.replace(**kept)
     moved = stepper.replace(
         walker=select(event.broken, stepper.walker, state),
-        asked=stepper.asked | event.touchdown,
-        decided=stepper.decided & ~event.touchdown,
-        observation=jnp.where(event.touchdown, observation, stepper.observation),
+        asked=stepper.asked | asks,
+        decided=stepper.decided & ~asks,
+        observation=jnp.where(asks, observation, stepper.observation),
         speed_sum=jnp.where(event.touchdown, 0.0, speed_sum),
-        last=select(ends, closed, select(undecided, blamed, stepper.last)),
+        last=last,
         terminated=event.fell,
-        truncated=event.touchdown & (state.tick >= task.episode_ticks),
+        truncated=asks & (state.tick >= task.episode_ticks),
         broken=event.broken,
+        interval=interval,
     )
     return select(stepper.done, stepper, moved)
+
+
+_LANDING = ("length", "seconds", "speed")
+
+
+def _since(
+    task: Task, before: Interval, state: Walker, event: walker.Event
+) -> tuple[Bool[Array, ""], Interval, Float[Array, ""], Float[Array, ""]]:
+    """Whether the walker asks, since the tick just made: at the end of a window in which it has landed, or
+    when the last answer is old; the interval that goes on or begins; how long the last one was, as a share of
+    a nominal step; and the mean speed over it, m/s.
+    """
+    setup = task.setup
+    ends = state.tick % setup.window_ticks == 0
+    windows = before.windows + ends.astype(jnp.int32)
+    landed = before.landed | event.touchdown
+    speed_sum = before.speed_sum + state.estimate.speed
+    asks = ends & (landed | (windows >= task.replan)) & ~event.fell
+    over = jnp.maximum(windows.astype(jnp.float32), 1.0) * setup.window_ticks
+    interval = Interval(
+        windows=jnp.where(asks, 0, windows),
+        landed=landed & ~asks,
+        speed_sum=jnp.where(asks, 0.0, speed_sum),
+    )
+    share = over * setup.timestep / state.person.gait.duration_nominal
+    return asks, interval, share, speed_sum / over

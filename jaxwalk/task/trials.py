@@ -168,7 +168,7 @@ def _alone(task: Task, trial: Trial, profile: Profile) -> tuple[Trial, None]:
 def _tick(task: Task, profile: Profile, model, trial: Trial, white: Float[Array, "18"]) -> Trial:
     before, dt = trial.state, task.setup.timestep
     after = stepper.tick(task, model, before, white)
-    landed = after.asked & ~before.asked
+    landed = (after.walker.gait.elapsed == 0) & ~after.terminated
     touchdowns = trial.touchdowns + landed.astype(jnp.int32)
     body = after.walker
     delay = (trial.scenario.phase * profile.seconds / dt).astype(jnp.int32)
@@ -177,7 +177,7 @@ def _tick(task: Task, profile: Profile, model, trial: Trial, white: Float[Array,
     after = after.replace(walker=body.replace(push=push))
     tally = _count(task, profile, trial, before, after, landed)
     # A fall before its touch-down was answered is the next footstep's, here; what breaks is never told.
-    ended = (landed | after.terminated) & ~after.broken
+    ended = (after.asked & ~before.asked | after.terminated) & ~after.broken
     earned = trial.earned + jnp.where(ended, trial.weight * after.last.transition.reward, 0.0)
     weight = trial.weight * jnp.where(ended, after.last.transition.discount, 1.0)
     moved = trial.replace(state=after, touchdowns=touchdowns, tally=tally, earned=earned, weight=weight)

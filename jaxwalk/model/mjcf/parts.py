@@ -5,6 +5,7 @@ from __future__ import annotations
 import mujoco
 
 from jaxwalk.config import GRAVITY, PhysicsConfig
+from jaxwalk.model import strength
 from jaxwalk.model.anthropometry import Body, Segment
 from jaxwalk.model.mjcf.layout import SIDES
 from jaxwalk.model.similarity import Similarity
@@ -154,7 +155,8 @@ def leg(
     for row, y in rows:
         for end, x in (("heel", body.heel + radius), ("toe", body.toe - radius)):
             ball(foot, f"{end}{row}_{side}", (x, y, radius - body.foot.length), radius)
-            tread(spec, f"{end}{row}_{side}", physics)
+            timeconst = physics.heel_timeconst if end == "heel" else physics.contact_timeconst
+            tread(spec, f"{end}{row}_{side}", physics, timeconst)
     foot.add_site(
         name=f"sole_{side}",
         type=mujoco.mjtGeom.mjGEOM_BOX,
@@ -179,15 +181,15 @@ def ball(body: mujoco.MjsBody, name: str, pos: Triple, radius: float) -> None:
     )
 
 
-def tread(spec: mujoco.MjSpec, name: str, physics: PhysicsConfig) -> None:
-    """The contact of the floor with the ball called ``name``."""
+def tread(spec: mujoco.MjSpec, name: str, physics: PhysicsConfig, timeconst: float) -> None:
+    """The contact of the floor with the ball called ``name``; its time constant in s."""
     spec.add_pair(
         name=name,
         geomname1="floor",
         geomname2=name,
         condim=3,
         friction=[physics.friction, physics.friction, 0.005, 0.0001, 0.0001],
-        solref=[physics.contact_timeconst, 1.0],
+        solref=[timeconst, 1.0],
     )
 
 
@@ -214,14 +216,17 @@ def effort(spec: mujoco.MjSpec, joint: str, limit: float) -> None:
 
 
 def servos(spec: mujoco.MjSpec, side: str, scale: Similarity, physics: PhysicsConfig) -> None:
-    """Hip velocity servo, knee position servo, ankle effort; an effort each where a PID moves them."""
-    if physics.drives == "gazebo":
-        for joint, limit in (
-            ("hip", physics.hip_limit),
-            ("knee", physics.knee_limit),
-            ("ankle", physics.ankle_limit),
+    """Hip velocity servo, knee position servo, ankle effort; an effort each where torques are told."""
+    if physics.drives != "servo":
+        for number, (joint, limit) in enumerate(
+            (
+                ("hip", physics.hip_limit),
+                ("knee", physics.knee_limit),
+                ("ankle", physics.ankle_limit),
+            )
         ):
-            effort(spec, f"{joint}_{side}", limit * scale.torque)
+            most = strength.peak(physics.actuators, number)
+            effort(spec, f"{joint}_{side}", (limit if most is None else most) * scale.torque)
         return
     hip = physics.hip_gain * scale.rotational_damping
     kp = physics.knee_stiffness * scale.torque

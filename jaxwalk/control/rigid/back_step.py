@@ -11,20 +11,12 @@ from __future__ import annotations
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from jaxwalk.config import GRAVITY, GaitConfig
+from jaxwalk.config import GaitConfig
+from jaxwalk.control.posture import capture_point
+from jaxwalk.control.rigid.phases import Phase, swing_phase
 from jaxwalk.control.sensors import Estimate
-from jaxwalk.control.step_clock import Phase, StepClock, step_length, swing_force, swing_phase
-from jaxwalk.model import anthropometry
+from jaxwalk.control.step_clock import StepClock, step_length, swing_force
 from jaxwalk.model.kinematics import Skeleton, ankles
-
-TORSO_SHARE = anthropometry.WINTER["torso"][0]  # of the body's mass: how far its lean moves the whole
-
-
-def capture_point(body: Skeleton, estimate: Estimate) -> Float[Array, ""]:
-    """Where a foot would bring the body to rest, m ahead of the hip."""
-    lean = TORSO_SHARE * body.torso * jnp.sin(estimate.pitch)
-    return lean + estimate.speed * jnp.sqrt(body.leg / GRAVITY)
-
 
 def needed(config: GaitConfig, body: Skeleton, gait: StepClock, estimate: Estimate) -> Bool[Array, ""]:
     """Whether the walker falls backward over its stance foot; never while it still pushes off."""

@@ -12,9 +12,10 @@ from flax import struct
 from jaxtyping import Array, Float
 
 from jaxwalk.config import GaitConfig
-from jaxwalk.control import back_step
+from jaxwalk.control.rigid import back_step
+from jaxwalk.control.rigid.phases import Phase, swing_phase, swing_progress
 from jaxwalk.control.sensors import Estimate
-from jaxwalk.control.step_clock import Phase, StepClock, swing_phase, swing_progress
+from jaxwalk.control.step_clock import StepClock
 from jaxwalk.model.kinematics import Skeleton, shank_angles, thigh_angles
 
 

@@ -1,0 +1,95 @@
+"""The leg that stands: it holds the torso, yields under the load, and pushes off before the other lands."""
+
+from __future__ import annotations
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from jaxwalk.config import GaitConfig
+from jaxwalk.control import posture
+from jaxwalk.control.posture import Posture
+from jaxwalk.control.sensors import Estimate
+from jaxwalk.control.step_clock import StepClock
+from jaxwalk.model.kinematics import Skeleton
+
+_ERROR_MOST = 2.0  # m off the usual landing: what is further off is not told apart
+
+
+def leg_angle(body: Skeleton, ankle: Float[Array, ""]) -> Float[Array, ""]:
+    """Of the line from the hip to an ankle ``ankle`` m ahead of it, from the vertical, rad."""
+    return jnp.arctan2(ankle, body.thigh + body.shank)
+
+
+def capture_error(
+    config: GaitConfig, body: Skeleton, clock: StepClock, where: Posture
+) -> Float[Array, ""]:
+    """How much further ahead of the stance ankle the capture point will be at the landing than it is in
+    steady walking, m: it runs away from the foot as exp(w0 t) (Englsberger et al. 2015)."""
+    own = config.compliant
+    left = jnp.maximum(own.landing_time - clock.elapsed, 0.0)
+    ahead = where.capture - where.ankle[clock.stance]
+    error = ahead * jnp.exp(posture.falling_rate(body) * left) - own.landing_capture
+    most = _ERROR_MOST * body.leg
+    return jnp.clip(error, -most, most)
+
+
+def hip(
+    config: GaitConfig,
+    body: Skeleton,
+    clock: StepClock,
+    where: Posture,
+    estimate: Estimate,
+    error: Float[Array, ""],
+) -> Float[Array, ""]:
+    """Torque of the stance hip, N m: a servo of the rate w = -a' phi / phi0 that keeps the torso upright
+    (eqs 6-13), phi from where it shall lean."""
+    own, stance = config.compliant, clock.stance
+    angle = leg_angle(body, where.ankle[stance])
+    # The IMU sits on the torso; the hip below it is slower by the torso's turning.
+    speed = jnp.maximum(estimate.speed - body.torso * estimate.pitch_rate, own.hip_speed_min)
+    ankle_rate = speed / ((body.thigh + body.shank) * jnp.cos(angle))
+    off = estimate.pitch - own.pitch_offset - own.pitch_capture_gain * error
+    rate = jnp.clip(-ankle_rate * off / own.pitch_nominal, -own.hip_rate_max, own.hip_rate_max)
+    return own.hip_damping * (rate - estimate.joint_rates[stance, 0])
+
+
+def knee(config: GaitConfig, clock: StepClock, estimate: Estimate) -> Float[Array, ""]:
+    """Torque of the stance knee, N m: a damped spring about a flexion."""
+    own = config.compliant
+    share = jnp.clip(clock.elapsed / own.knee_seconds, 0.0, 1.0)
+    rest = own.knee_loading + (own.knee_standing - own.knee_loading) * share
+    _, angle, _ = estimate.joints[clock.stance]
+    _, rate, _ = estimate.joint_rates[clock.stance]
+    return own.knee_stiffness * (rest - angle) - own.knee_damping * rate
+
+
+def push_off(config: GaitConfig, estimate: Estimate) -> Float[Array, ""]:
+    """Plantarflexion torque of a whole push-off, N m, never negative: the more, the slower the walker.
+
+    A push before the other foot lands costs a quarter of what the hip would need after it (Kuo 2002).
+    """
+    own = config.compliant
+    lost = own.push_off_share * config.speed_desired - estimate.speed
+    return jnp.maximum(own.push_off_torque + own.push_off_gain * lost, 0.0)
+
+
+def ankle(
+    config: GaitConfig,
+    body: Skeleton,
+    clock: StepClock,
+    where: Posture,
+    estimate: Estimate,
+    error: Float[Array, ""],
+) -> Float[Array, ""]:
+    """Torque of the stance ankle, N m: a damped spring beyond a slack, then push-off, once the leg is behind
+    the vertical and the body falls forward over it."""
+    own, stance = config.compliant, clock.stance
+    _, _, angle = estimate.joints[stance]
+    _, _, rate = estimate.joint_rates[stance]
+    behind = -leg_angle(body, where.ankle[stance]) - own.push_off_angle
+    forward = (where.capture > where.ankle[stance]) & (angle > -own.push_off_ankle)
+    share = jnp.where(forward, jnp.clip(behind / own.push_off_ramp, 0.0, 1.0), 0.0)
+    spring = own.ankle_stiffness * jnp.minimum(own.ankle_slack - angle, 0.0)
+    balance = -own.ankle_capture_gain * error
+    resting = spring + balance
+    return resting + share * (-push_off(config, estimate) - resting) - own.ankle_damping * rate

@@ -1,0 +1,95 @@
+"""The leg in the air: toe-off, a smooth way to where it shall land, a knee that bends and straightens late."""
+
+from __future__ import annotations
+
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from jaxwalk.config import GaitConfig
+from jaxwalk.control.compliant import stance
+from jaxwalk.control.posture import Posture
+from jaxwalk.control.sensors import Estimate
+from jaxwalk.control.step_clock import Path, StepClock
+from jaxwalk.model.kinematics import Skeleton
+
+_ACCELERATION_MOST = 400.0  # rad/s^2 of the path
+_TIME_LEAST = 0.03  # s before the landing in which the path holds its target
+_SETTLE = 10.0  # 1/s, how fast it does
+
+
+def toe_off(config: GaitConfig, clock: StepClock, where: Posture, estimate: Estimate) -> Bool[Array, ""]:
+    """Whether the trailing leg still pushes: for a while, behind the vertical, to its ankle's end."""
+    own, swing = config.compliant, 1 - clock.stance
+    early = clock.elapsed < own.toe_off_seconds
+    return early & (where.thigh[swing] < 0) & (estimate.joints[swing, 2] > -own.push_off_ankle)
+
+
+def goal(
+    config: GaitConfig, body: Skeleton, clock: StepClock, estimate: Estimate
+) -> Float[Array, ""]:
+    """Hip angle that puts the ankle of a straight leg half of the step's length ahead of the hip, rad; behind
+    it, in a step back."""
+    reach = jnp.clip(0.5 * clock.length / (body.thigh + body.shank), -0.9, 0.9)
+    return jnp.arcsin(reach) + config.compliant.swing_pitch_gain * estimate.pitch
+
+
+def proceed(
+    config: GaitConfig,
+    body: Skeleton,
+    clock: StepClock,
+    where: Posture,
+    estimate: Estimate,
+    timestep: float,
+) -> Path:
+    """The swing hip's path a tick on: the cubic from where it is, to rest at the goal when the step's time is
+    over. So length and time may be changed at any tick."""
+    own, swing, path = config.compliant, 1 - clock.stance, clock.path
+    limp = toe_off(config, clock, where, estimate)
+    angle = jnp.where(limp, estimate.joints[swing, 0], path.angle)
+    rate = jnp.where(limp, estimate.joint_rates[swing, 0], path.rate)
+    to, time = goal(config, body, clock, estimate), clock.duration - clock.elapsed
+    left = jnp.maximum(time, _TIME_LEAST)
+    acceleration = 6 * (to - angle) / left**2 - 4 * rate / left
+    acceleration = jnp.clip(acceleration, -_ACCELERATION_MOST, _ACCELERATION_MOST)
+    moving = jnp.clip(rate + timestep * acceleration, -own.swing_rate_max, own.swing_rate_max)
+    next_rate = jnp.where(time < _TIME_LEAST, _SETTLE * (to - angle), moving)
+    rate = jnp.where(limp, rate, next_rate)
+    return Path(angle=jnp.where(limp, angle, angle + timestep * rate), rate=rate)
+
+
+def torques(
+    config: GaitConfig, body: Skeleton, clock: StepClock, where: Posture, estimate: Estimate
+) -> Float[Array, "3"]:
+    """[3] of hip, knee and ankle of the leg in the air, N m."""
+    own, swing = config.compliant, 1 - clock.stance
+    hip, knee, ankle = estimate.joints[swing]
+    hip_rate, knee_rate, ankle_rate = estimate.joint_rates[swing]
+    limp = toe_off(config, clock, where, estimate)
+    along = own.swing_stiffness * (clock.path.angle - hip) + own.swing_damping * (clock.path.rate - hip_rate)
+    landing = clock.duration - clock.elapsed < own.landing_seconds
+    bent = own.swing_knee * jnp.where(limp, own.toe_off_knee_share, 1.0)
+    passing = own.swing_knee_stiffness * (bent - knee) - own.swing_knee_damping * knee_rate
+    straight = own.landing_knee_stiffness * (own.landing_knee - knee) - own.landing_knee_damping * knee_rate
+    level = own.swing_sole - where.shank[swing]
+    held = own.swing_ankle_stiffness * (level - ankle) - own.swing_ankle_damping * ankle_rate
+    return jnp.stack(
+        [
+            jnp.where(limp, 0.0, along),
+            jnp.where(landing & ~limp, straight, passing),
+            jnp.where(limp, -stance.push_off(config, estimate), held),
+        ]
+    )
+
+
+def touched_down(
+    config: GaitConfig, body: Skeleton, clock: StepClock, where: Posture, estimate: Estimate
+) -> Bool[Array, ""]:
+    """Whether the foot has landed where it was sent: ahead, late enough, or behind, with force enough."""
+    own, swing = config.compliant, 1 - clock.stance
+    ahead = where.ankle[swing] - where.ankle[clock.stance]
+    force = estimate.touch[swing]
+    late = clock.elapsed > own.landing_share * clock.duration
+    back = 0.5 * clock.length < where.ankle[clock.stance]  # sent behind the stance foot
+    forward = ~back & late & (ahead > config.touchdown_ahead) & (force > config.touchdown_force)
+    behind = back & (ahead < -own.back_ahead) & (force > own.back_force)
+    return (forward | behind) & (clock.elapsed > own.toe_off_seconds + own.passing_seconds)
