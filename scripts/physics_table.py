@@ -29,8 +29,8 @@ from rich.table import Table
 
 from jaxwalk.common import runtime
 from jaxwalk.config import BodyConfig, BodyModel, Config, PhysicsConfig
-from jaxwalk.control import controllers, walker
-from jaxwalk.control.person import Person, model_of, skeleton
+from jaxwalk.control import walker
+from jaxwalk.control.person import Person, model_of
 from jaxwalk.model import c_mujoco, physics
 from jaxwalk.model.engine import Setup
 from jaxwalk.model.similarity import Similarity
@@ -78,10 +78,10 @@ def record(config: Config, count: int) -> Replay:
 
     def walk(key):
         person = Person.of(config.gait, jnp.float32(config.body.height), jnp.float32(config.body.mass))
-        model, bones = model_of(setup, person), skeleton(setup, person)
+        model = model_of(setup, person)
 
         def tick(state, _):
-            command = controllers.command(person.gait, bones, state.gait, state.estimate)
+            command = walker.command(setup, state)
             after, event = walker.tick(setup, model, state)
             return after, (state.plant, command, event.fell)
 

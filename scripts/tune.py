@@ -1,22 +1,21 @@
-"""Find the low-level controllers' numbers, on the training physics: by a grid, or by CMA-ES.
+"""Find a walk: the numbers of the compliant controllers and of the rule that decides their steps, by CMA-ES.
 
-    python scripts/tune.py sweep --set swing_rate_max=7.35,8.5,10 length_nominal=0.62,0.68
-    python scripts/tune.py search --generations 20 --out tuned.json
+    python scripts/tune.py --minutes 15 --out tuned.json
 
-``sweep`` tries every combination with the step that is never adapted, and shows which pushes are
-survived at which phase of the step. ``search`` pairs each candidate with a linear footstep rule
-(length and duration from the observation), which is thrown away afterwards: controllers are wanted
-that a policy can use, not ones that walk best when the step is never adapted.
+A candidate's walkers are walked by the training's own physics, sensors and noise: some unpushed, of whom the
+gait laboratory's measures are taken, the others pushed from both sides at all phases of a step. What is
+asked of each measure stands in `GOALS`; `PUSHES` says what a push that is lost costs. Starts and noise are
+of a purpose of their own (`scenarios.TUNE`), which no command measures with.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import json
-from dataclasses import dataclass, field
+import time
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Any
 
 import cmaes
 import jax
@@ -24,153 +23,280 @@ import jax.numpy as jnp
 import numpy as np
 import tyro
 
-from jaxwalk.common import runtime
-from jaxwalk.config import Config, GaitConfig
-from jaxwalk.control.person import Person
-from jaxwalk.task import footstep, scenarios
+from jaxwalk.common import files, runtime
+from jaxwalk.common.parallel import devices
+from jaxwalk.config import GRAVITY, Config
+from jaxwalk.config.presets import PRESETS
+from jaxwalk.task import backend, exertion, rules, scenarios, stepper, trials
+from jaxwalk.task.exertion import Tried
+from jaxwalk.task.rules import Replan
 from jaxwalk.task.stepper import Task
-from jaxwalk.task.trials import BINS, Profile, Runner
+from jaxwalk.task.trials import BINS, Profile
 
-# What `search` moves, and how far; CMA-ES works on the unit cube.
-RANGES = {
-    "length_nominal": (0.46, 0.9),
-    "duration_nominal": (0.06, 0.19),
-    "pitch_nominal": (0.03, 0.15),
-    "swing_rate_max": (6.0, 12.0),
-    "swing_pitch_gain": (0.0, 1.2),
-    "swing_knee": (0.9, 1.6),
-    "swing_knee_share": (0.5, 0.92),
-    "swing_ankle": (0.0, 0.4),
-    "terminal_hip_gain": (1.0, 24.0),
-    "toe_off_duration": (0.026, 0.06),
-    "toe_off_gain": (150.0, 500.0),
-    "toe_off_speed": (1.1, 1.6),
-    "touchdown_share": (0.4, 0.9),
+# What is searched: least, greatest; of the controllers, then of the rule.
+LEGS: dict[str, tuple[float, float]] = {
+    "hip_damping": (60, 400), "pitch_nominal": (0.03, 0.3), "pitch_offset": (-0.15, 0.1),
+    "pitch_capture_gain": (-0.8, 0.8), "hip_rate_max": (2, 12), "hip_speed_min": (-1.5, 1.5),
+    "knee_stiffness": (200, 1400), "knee_damping": (5, 80), "knee_loading": (0.05, 0.55),
+    "knee_standing": (0.0, 0.5), "knee_seconds": (0.05, 0.5),
+    "ankle_stiffness": (50, 800), "ankle_slack": (-0.2, 0.3), "ankle_damping": (0.5, 14),
+    "ankle_capture_gain": (-100, 400),
+    "push_off_angle": (0.05, 0.5), "push_off_ramp": (0.02, 0.4), "push_off_torque": (20, 220),
+    "push_off_gain": (0, 450), "push_off_ankle": (0.05, 0.6), "toe_off_seconds": (0.03, 0.2),
+    "swing_stiffness": (50, 700), "swing_damping": (5, 160), "swing_pitch_gain": (0, 2),
+    "swing_rate_max": (5, 12),
+    "swing_knee": (0.3, 1.4), "swing_knee_stiffness": (1, 80), "swing_knee_damping": (0.5, 18),
+    "landing_knee": (0.0, 0.45), "landing_knee_stiffness": (20, 400), "landing_knee_damping": (1, 30),
+    "landing_seconds": (0.03, 0.35), "swing_sole": (-0.4, 0.4),
+}  # fmt: skip
+RULE: dict[str, tuple[float, float]] = {
+    "length": (0.5, 0.95), "duration": (0.45, 0.85), "capture": (0.1, 0.8), "length_gain": (-1, 2),
+    "pitch_gain": (-1, 3), "duration_gain": (0, 1.2), "duration_least": (0.25, 0.45),
+    "back_margin": (-0.1, 0.15), "back_reach": (-0.1, 0.4), "back_gain": (0, 3),
+    "back_least": (0.06, 0.35), "back_speed": (1, 6), "back_time": (0.08, 0.4),
+}  # fmt: skip
+RANGES = LEGS | RULE
+
+
+@dataclass(frozen=True)
+class Goal:
+    """What is asked of a measure: nothing more at ``aim``, cost 1 at ``must``, four times as steep beyond."""
+
+    aim: float
+    must: float
+
+    def cost(self, value: np.ndarray) -> np.ndarray:
+        """Of each value; one that is not finite is as bad as can be."""
+        off = (value - self.aim) / (self.must - self.aim)
+        worse = np.maximum(off, 0.0) + 3.0 * np.maximum(off - 1.0, 0.0)
+        return np.where(np.isfinite(worse), np.minimum(worse, 20.0), 20.0)
+
+
+GOALS = {
+    "speed_off": Goal(0.01, 0.04),
+    "joint_work": Goal(0.11, 0.16),
+    "leg_work": Goal(0.09, 0.13),
+    "force": Goal(1.4, 2.1),
+    "knee_too_straight": Goal(-12.0, -8.0),
+    "knee_too_bent": Goal(20.0, 22.0),
+    "double_too_short": Goal(-0.17, -0.135),
+    "step_too_short": Goal(-0.58, -0.53),
+    "hip_moment": Goal(1.0, 1.5),
+    "hip_power": Goal(1.5, 2.7),
+    "pitch_range": Goal(0.05, 0.075),
+    "pitch_mean": Goal(0.06, 0.11),
 }
-# The rule: change of action for one unit above its usual value of each observable, at most.
-USUAL = np.array([1.15, 0.09, 0.2, 0.5, 0.0], np.float32)
-RULE = np.array([[2.0, 2.0, 1.0, 1.0, 0.3], [2.0, 2.0, 1.0, 1.0, 0.3]], np.float32)
-CALM = 8
-SECONDS = 8.0
-PROFILE_SECONDS = 0.5  # a step, for the phase at which a push begins
+"""Measures of unpushed walking, in the units of `measures`."""
+PUSHES = {
+    30.0: 6.0, 50.0: 10.0, 70.0: 14.0, 85.0: 8.0, 95.0: 5.0,
+    -20.0: 6.0, -40.0: 10.0, -60.0: 14.0, -70.0: 8.0, -80.0: 5.0,
+}  # fmt: skip
+"""Impulses, N s, and what it costs that nobody survives one."""
+FALL = 30.0
+"""What it costs that nobody walks on unpushed."""
+CALM, PHASES, OFFSETS = 12, 8, 4
+SECONDS = 9.0
 
 
 @dataclass(frozen=True)
-class Common:
-    """What both ways need."""
+class Args:
+    """Find a walk."""
 
-    impulses: tuple[float, ...] = (50.0, 60.0, 70.0, -40.0, -50.0)
-    """Pushes, N s."""
-    phases: int = 16
-    """Points of the step at which they begin."""
-    seed: int = 0
-    """Of the starts, the noise and CMA-ES."""
-
-
-@dataclass(frozen=True)
-class Sweep(Common):
-    """Try every combination of the values given, with the step that is never adapted."""
-
-    set: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=A,B,...")] = ()
-    """Fields of the gait's configuration and the values to try."""
-
-
-@dataclass(frozen=True)
-class Search(Common):
-    """CMA-ES over the gait's numbers and a linear footstep rule."""
-
-    out: Path = Path("tuned.json")
-    """Where the best numbers go (JSON)."""
-    generations: int = 20
-    """Generations."""
-    population: int = 16
+    minutes: float = 15.0
+    """How long is searched."""
+    population: int = 32
     """Candidates a generation."""
-    sigma: float = 0.15
+    sigma: float = 0.08
     """First step size, share of each range."""
+    seed: int = 0
+    """Of CMA-ES."""
+    weight: float = 1.0
+    """Of unpushed walking against pushes."""
+    begin: Path | None = None
+    """Where the search begins: what it found before (JSON); the shipped numbers if not given."""
+    out: Path = Path("tuned.json")
+    """Where what is found goes (JSON)."""
 
 
-@dataclass
-class Bench:
-    """Runs candidates, one after the other, through the same program and the same pushes."""
-
-    args: Common
-    config: Config = field(default_factory=Config)
-
-    def __post_init__(self) -> None:
-        cases = [(i, p / self.args.phases) for i in self.args.impulses for p in range(self.args.phases)]
-        self.impulse, phase = np.array(cases + [(0.0, 0.0)] * CALM, np.float32).T
-        count = len(self.impulse)
-        config = self.config
-        self.scenarios = scenarios.batch(
-            config, self.impulse, phase, scenarios.keys(self.args.seed, scenarios.TUNE, count)
-        )
-        self.profile = Profile(jnp.zeros(BINS), jnp.float32(PROFILE_SECONDS))
-        self.runner = Runner(Task.of(config), lambda p, o: p["step"] + p["rule"] @ (o - USUAL), count)
-
-    def __call__(self, numbers: GaitConfig, rule: np.ndarray):
-        """(survived [N], speed of the calm m/s) of one candidate."""
-        body = self.config.body
-        person = Person.of(numbers, jnp.float32(body.height), jnp.float32(body.mass))
-        params = {"step": footstep.nominal_action(person), "rule": jnp.asarray(rule, jnp.float32)}
-        strong = jax.tree.map(lambda x: jnp.asarray(x, jnp.float32), numbers)
-        ended = self.runner.run(params, strong, self.profile, self.scenarios, SECONDS)
-        calm = self.impulse == 0
-        speed = ended.tally.distance[calm].sum() / max(ended.tally.seconds[calm].sum(), 1e-3)
-        return ~np.asarray(ended.state.terminated), float(speed)
-
-    def show(self, alive: np.ndarray, speed: float) -> str:
-        rows = [
-            f"{i:+.0f} " + "".join(".x"[not up] for up in alive[self.impulse == i])
-            for i in self.args.impulses
-        ]
-        return f"{speed:.3f} m/s, {alive[self.impulse == 0].mean():.0%} calm  " + "  ".join(rows)
-
-
-def sweep(args: tyro.conf.OmitArgPrefixes[Sweep]) -> None:
-    bench = Bench(args)
-    asked = [one.partition("=") for one in args.set]
-    grid = [[(name, float(value)) for value in values.split(",")] for name, _, values in asked]
-    for combination in itertools.product(*grid):
-        numbers = dataclasses.replace(bench.config.gait, **dict(combination))
-        name = " ".join(f"{k}={v:g}" for k, v in combination)
-        print(f"{name:40s} {bench.show(*bench(numbers, np.zeros_like(RULE)))}", flush=True)
-
-
-def unpack(unit: np.ndarray) -> tuple[dict[str, float], np.ndarray]:
-    """Gait numbers and the [2, O] rule of one point of the unit cube."""
+def unpack(config: Config, rule: Replan, unit: np.ndarray) -> tuple[dict[str, Any], dict[str, Any]]:
+    """[K] numbers of the legs and of the rule, from [K, n] points of the unit cube."""
     values = {
-        name: float(low + (high - low) * x)
-        for x, (name, (low, high)) in zip(unit, RANGES.items(), strict=False)
+        name: (low + (high - low) * unit[:, i]).astype(np.float32)
+        for i, (name, (low, high)) in enumerate(RANGES.items())
     }
-    return values, (2 * unit[len(RANGES) :].reshape(RULE.shape) - 1) * RULE
+    legs, own = {n: values[n] for n in LEGS}, {n: values[n] for n in RULE}
+    return legs | {"landing_time": own["duration"], "landing_capture": own["capture"]}, own
 
 
-def search(args: tyro.conf.OmitArgPrefixes[Search]) -> None:
-    bench = Bench(args)
-    start = [(getattr(bench.config.gait, n) - low) / (high - low) for n, (low, high) in RANGES.items()]
-    mean = np.array(start + [0.5] * RULE.size)
-    bounds = np.tile([0.0, 1.0], (len(mean), 1))
-    cma = cmaes.CMA(mean, args.sigma, bounds=bounds, population_size=args.population, seed=args.seed)
-    best = np.inf
-    for generation in range(args.generations):
-        told = []
-        for _ in range(args.population):
-            unit = cma.ask()
-            values, rule = unpack(unit)
-            alive, speed = bench(dataclasses.replace(bench.config.gait, **values), rule)
-            calm = bench.impulse == 0
-            off = max(0.0, abs(speed - bench.config.gait.speed_desired) - 0.03)
-            cost = float((~alive[~calm]).mean() + 2 * (~alive[calm]).mean() + 3 * off)
-            told.append((unit, cost))
-            if cost < best:
-                best = cost
-                args.out.write_text(
-                    json.dumps({"cost": cost, "gait": values, "rule": rule.tolist()}, indent=1)
-                )
-                print(f"{generation:3d} {cost:.3f} {bench.show(alive, speed)}", flush=True)
-        cma.tell(told)
+def pack(legs: Any, rule: Any) -> np.ndarray:
+    """[n] the point of the unit cube that stands for these numbers."""
+    told = [getattr(legs, n) if n in LEGS else getattr(rule, n) for n in RANGES]
+    low, high = np.array(list(RANGES.values())).T
+    return np.clip((np.array(told, float) - low) / (high - low), 0.001, 0.999)
+
+
+class Trials:
+    """Walks [K] candidates through the same pushes."""
+
+    def __init__(self, config: Config, candidates: int) -> None:
+        self.config, self.rule, self.candidates = config, Replan(), candidates
+        cases = [(0.0, 0.0)] * CALM + [(i, p / PHASES) for i in PUSHES for p in range(PHASES)]
+        self.impulse, self.phase = np.array(cases, np.float32).T
+        self.size = len(cases)
+        task = dataclasses.replace(Task.of(config), episode_ticks=2**30)
+        person, mesh = rules.reference(config.gait), devices.mesh()
+        self.windows = round(SECONDS / task.setup.timestep / task.setup.window_ticks)
+        self.strong = jax.tree.map(lambda x: np.float32(x), (config.gait, self.rule))
+
+        def begin(numbers: Any, scenario: Any) -> Tried:
+            return exertion.begin(trials.begin(task, numbers, scenario))
+
+        def advance(rule: Replan, profile: Profile, tried: Tried) -> Tried:
+            def window(_: int, one: Tried) -> Tried:
+                state = one.trial.state
+                decided = stepper.decide(state, rules.act((rule, person), state.observation))
+                one = one.replace(trial=one.trial.replace(state=decided))
+                return backend.scan(
+                    task.setup, exertion.alone, task, task.setup.window_ticks, one, profile,
+                    otherwise=lambda: _by_xla(task, one, profile),
+                )[0]  # fmt: skip
+
+            return jax.lax.fori_loop(0, self.windows, window, tried)
+
+        self._begin = devices.spread(jax.vmap(begin), mesh, (True, True))
+        self._advance = devices.spread(
+            lambda r, p, t: devices.each(advance, r, p, t, block=backend.block(task.setup)),
+            mesh,
+            (True, True, True),
+        )
+
+    def __call__(self, legs: dict[str, Any], rule: dict[str, Any], turn: int = 0) -> Tried:
+        """The walks [K, M] of K candidates' numbers; ``turn`` shifts phases and noise."""
+        many = self.candidates * self.size
+        gait, own = self.strong
+
+        def all_of(one: Any, values: dict[str, Any]) -> Any:
+            told = {n: np.repeat(x, self.size) for n, x in values.items()}
+            full = jax.tree.map(lambda x: np.full(many, x, np.float32), one)
+            return dataclasses.replace(full, **told)
+
+        compliant = all_of(gait.compliant, legs)
+        duration, length = (np.repeat(rule[n], self.size) for n in ("duration", "length"))
+        bare = jax.tree.map(lambda x: np.full(many, x, np.float32), gait)
+        numbers = dataclasses.replace(
+            bare, compliant=compliant, duration_nominal=duration, length_nominal=length
+        )
+        phase = self.phase + (turn % OFFSETS + 0.5) / OFFSETS / PHASES
+        keys = scenarios.keys(turn, scenarios.TUNE, self.size)
+        scenario = scenarios.batch(self.config, self.impulse, phase, keys)
+        tiled = jax.tree.map(lambda x: jnp.concatenate([x] * self.candidates), scenario)
+        profile = Profile(jnp.zeros((many, BINS)), jnp.asarray(duration))
+        tried = self._begin(numbers, tiled)
+        tried = self._advance(all_of(own, rule), profile, tried)
+        kept = tried.replace(trial=trials._without_keys(tried.trial))
+        return jax.tree.map(lambda x: np.asarray(x).reshape(self.candidates, self.size, *x.shape[1:]), kept)
+
+
+def _by_xla(task: Task, one: Tried, profile: Profile) -> tuple[Tried, None]:
+    body = lambda _, tried: exertion.tick(task, tried, profile)  # noqa: E731
+    return jax.lax.fori_loop(0, task.setup.window_ticks, body, one), None
+
+
+def measures(config: Config, walked: Tried) -> dict[str, np.ndarray]:
+    """[K] means over the unpushed walkers [K, C] of each candidate."""
+    tally, done = walked.trial.tally, walked.exertion
+    weight = config.body.mass * GRAVITY
+    seconds, way = np.maximum(tally.seconds, 1e-3), np.maximum(tally.distance, 0.05)
+    steps = np.maximum(tally.steps, 1)
+    speed = tally.distance / seconds
+    high, low = done.pitch_high, done.pitch_low
+    knee = np.degrees(done.loading / steps)
+    told = {
+        "speed": speed,
+        "joint_work": done.joint_work / way / weight,
+        "leg_work": done.leg_work / way / weight,
+        "force": done.force / weight,
+        "knee": knee,
+        "double": done.double / seconds,
+        "step": tally.step_length / steps,
+        "seconds": tally.step_seconds / steps,
+        "hip_moment": done.hip_moment / config.body.mass,
+        "hip_power": done.hip_power / config.body.mass,
+        "pitch_range": high - low,
+        "pitch_mean": np.abs(tally.pitch / seconds),
+        "passing": np.degrees(done.passing),
+    }
+    found = {name: np.asarray(value).mean(1) for name, value in told.items()}
+    return found | {
+        "speed_off": np.abs(found["speed"] - config.gait.speed_desired),
+        "knee_too_straight": -found["knee"],
+        "knee_too_bent": found["knee"],
+        "double_too_short": -found["double"],
+        "step_too_short": -found["step"],
+    }
+
+
+def costs(bench: Trials, walked: Tried, weight: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """[K] of the candidates, and what they come from."""
+    calm = bench.impulse == 0
+    found = measures(bench.config, jax.tree.map(lambda x: x[:, calm], walked))
+    up = ~np.asarray(walked.trial.state.terminated)
+    life = np.minimum(walked.trial.tally.fall_seconds / SECONDS, 1.0)
+    total = weight * sum(goal.cost(found[name]) for name, goal in GOALS.items())
+    total = total + FALL * (1 - up[:, calm].mean(1)) + 2 * FALL * (1 - life[:, calm].mean(1))
+    for impulse, price in PUSHES.items():
+        lost = 1 - up[:, bench.impulse == impulse].mean(1)
+        early = 1 - life[:, bench.impulse == impulse].mean(1)
+        found[f"{impulse:+.0f}"] = 1 - lost
+        total = total + price * (lost + 0.3 * early)
+    return np.where(np.isfinite(total), total, 1e3), found
+
+
+SHOWN = ("speed", "step", "seconds", "joint_work", "leg_work", "force", "knee", "double", "hip_moment",
+         "hip_power", "pitch_range", "pitch_mean", "passing")  # fmt: skip
+
+
+def line(found: dict[str, np.ndarray], which: int) -> str:
+    """One candidate in a line."""
+    told = " ".join(f"{name} {found[name][which]:.3g}" for name in SHOWN)
+    return told + "  " + " ".join(f"{i:+.0f}:{found[f'{i:+.0f}'][which]:.2f}" for i in PUSHES)
+
+
+def main(args: Args) -> None:
+    """Search until the time is over; write the mean that it has come to, and the way there."""
+    config = PRESETS["compliant"]
+    bench = Trials(config, args.population)
+    start = config.gait.compliant, Replan()
+    if args.begin is not None:
+        told = json.loads(args.begin.read_text())
+        own = {n: x for n, x in told["legs"].items() if n in LEGS}
+        start = dataclasses.replace(start[0], **own), dataclasses.replace(start[1], **told["rule"])
+    bounds = np.tile([0.0, 1.0], (len(RANGES), 1))
+    cma = cmaes.SepCMA(
+        pack(*start), args.sigma, bounds=bounds, population_size=args.population, seed=args.seed
+    )
+    begun, turn = time.monotonic(), 0
+    while time.monotonic() - begun < 60 * args.minutes:
+        units = np.array([cma.ask() for _ in range(args.population)])
+        cost, found = costs(bench, bench(*unpack(config, bench.rule, units), turn), args.weight)
+        cma.tell([(unit, float(one)) for unit, one in zip(units, cost, strict=True)])
+        if turn % 10 == 0:
+            best = int(np.argmin(cost))
+            told = f"{turn} {time.monotonic() - begun:.0f} s {np.median(cost):.2f} {cost[best]:.2f}"
+            print(told, line(found, best), flush=True)
+            _write(args, cma.mean, float(np.median(cost)))
+        turn += 1
+    _write(args, cma.mean, float(np.median(cost)))
+
+
+def _write(args: Args, mean: np.ndarray, cost: float) -> None:
+    legs, rule = unpack(Config(), Replan(), mean[None])
+    told = {"cost": cost, "legs": {n: round(float(x[0]), 5) for n, x in legs.items()},
+            "rule": {n: round(float(x[0]), 5) for n, x in rule.items()},
+            "options": {n: str(v) if isinstance(v, Path) else v for n, v in vars(args).items()}}  # fmt: skip
+    files.write_json(args.out, told)
 
 
 if __name__ == "__main__":
     runtime.setup()
-    tyro.extras.subcommand_cli_from_dict({"sweep": sweep, "search": search}, description=__doc__)
+    main(tyro.cli(Args, description=__doc__))

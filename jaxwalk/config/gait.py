@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Literal
 
 from jaxwalk.config.compliant import CompliantConfig
@@ -110,3 +110,14 @@ class GaitConfig:
     """A torso that leans further than this, either way, is a fall, rad."""
     stall_seconds: float = 2.5
     """A footstep that lasts longer is a stall, which ends the episode like a fall, s."""
+
+
+SWITCHES = ("form", "toe_off_form", "toe_off_latched", "back_step")
+"""Fields that are no numbers."""
+SHARED = (
+    "speed_desired", "length_nominal", "duration_nominal", "length_min", "length_max", "duration_min",
+    "duration_max", "touchdown_ahead", "touchdown_force", "fall_height", "fall_pitch", "stall_seconds",
+)  # fmt: skip
+"""Numbers that both forms go by."""
+RIGID = tuple(f.name for f in fields(GaitConfig) if f.name not in (*SWITCHES, "compliant"))
+"""Numbers that rigid legs go by."""

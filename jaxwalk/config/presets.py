@@ -7,10 +7,10 @@ from typing import Literal
 from jaxwalk.common import runtime
 from jaxwalk.config.gait import GaitConfig
 from jaxwalk.config.schema import Config
-from jaxwalk.config.training import DDPGConfig, RewardConfig, TrainConfig
+from jaxwalk.config.training import DDPGConfig, RewardConfig, TaskConfig, TrainConfig
 from jaxwalk.config.walker import BodyConfig, PhysicsConfig
 
-PresetName = Literal["default", "gpu", "quick", "paper", "smoke"]
+PresetName = Literal["default", "gpu", "quick", "paper", "smoke", "compliant"]
 
 # Liu et al.'s constants; docs/paper-preset.md tells of each where it comes from. The paper walks one
 # walker at a time and leaves open how fast the targets follow and how often the learner updates:
@@ -101,6 +101,22 @@ _SMOKE = Config(
 )
 
 
+_COMPLIANT = Config(
+    physics=PhysicsConfig(drives="torque", actuators="person", heel_timeconst=0.03, contact_timeconst=0.015),
+    gait=GaitConfig(
+        form="compliant",
+        length_nominal=0.8855,
+        duration_nominal=0.6833,
+        length_min=-0.7,
+        length_max=0.95,
+        duration_min=0.15,
+        duration_max=1.2,
+    ),
+    task=TaskConfig(replan=1),
+    observation=("speed", "speed_desired", "pitch", "elapsed", "capture_ahead", "swing_ahead"),
+)
+
+
 def of_machine() -> PresetName:
     """The preset for what JAX finds here."""
     return "gpu" if runtime.has_accelerator() else "default"
@@ -108,4 +124,5 @@ def of_machine() -> PresetName:
 
 PRESETS: dict[str, Config] = {
     "default": Config(), "gpu": _GPU, "quick": _QUICK, "paper": _PAPER, "smoke": _SMOKE,
+    "compliant": _COMPLIANT,
 }  # fmt: skip

@@ -118,7 +118,7 @@ class PhysicsConfig:
     abduction_limit: float = 200.0
     """walls: largest abduction torque, N m."""
     drives: Drive = "servo"
-    """What moves the joints: servos within the solver, Gazebo's velocity PIDs and timed efforts, or torques."""
+    """What moves the joints: servos within the solver, Gazebo's PIDs and timed efforts, or torques."""
     actuators: Actuators = "unlimited"
     """torque: the strength that the joints have at each rate. unlimited: the limits above alone."""
     gazebo: GazeboConfig = field(default_factory=GazeboConfig)

@@ -1,4 +1,4 @@
-"""The two kinds of controllers, behind one face: how a step begins, what the joints are told, how it goes on."""
+"""The two kinds of controllers, behind one face: how a step begins, what joints are told, how it goes on."""
 
 from __future__ import annotations
 

@@ -9,7 +9,6 @@ from jaxtyping import Array, Float
 
 from jaxwalk.config import BodyConfig, GaitConfig
 from jaxwalk.control import scaling
-from jaxwalk.control.rigid.controllers import Inertias
 from jaxwalk.model import anthropometry, engine, kinematics
 from jaxwalk.model.burdens import Burden
 from jaxwalk.model.engine import Setup
@@ -42,6 +41,20 @@ class Person(struct.PyTreeNode):
         # Strong types: a weakly typed leaf would make the same program compile twice.
         numbers = jax.tree.map(lambda x: jnp.asarray(x, jnp.float32), scaling.scaled(config, ratio))
         return cls(ratio, numbers, burden)
+
+
+class Inertias(struct.PyTreeNode):
+    """What the toe-off torque moves (eqs 16 and 20).
+
+    Attributes:
+      torso: of the torso about the hip, kg m^2.
+      leg_mass: of each half of the trailing leg (thigh; shank with foot), kg.
+      damping: passive ankle damping c, N m s/rad.
+    """
+
+    torso: Float[Array, ""]
+    leg_mass: Float[Array, ""]
+    damping: Float[Array, ""]
 
 
 def reference_body(setup: Setup) -> anthropometry.Body:

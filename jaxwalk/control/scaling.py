@@ -8,10 +8,10 @@ from typing import Any
 import jax
 
 from jaxwalk.config import CompliantConfig, GaitConfig
+from jaxwalk.config.gait import SWITCHES
 from jaxwalk.model.similarity import Similarity
 
 # The controllers' numbers may be traced (one set for each walker of a batch): tuning needs that.
-SWITCHES = ("form", "toe_off_form", "toe_off_latched", "back_step")
 jax.tree_util.register_dataclass(
     GaitConfig,
     data_fields=[f.name for f in dataclasses.fields(GaitConfig) if f.name not in SWITCHES],

@@ -131,19 +131,24 @@ def has_fallen(setup: Setup, walker: Walker) -> Bool[Array, ""]:
     return low | (jnp.abs(pitch) > numbers.fall_pitch) | (walker.gait.elapsed > numbers.stall_seconds)
 
 
+def command(setup: Setup, walker: Walker) -> Float[Array, "6"]:
+    """What the controllers tell the joints: see `forms.of`."""
+    bones = skeleton(setup, walker.person)
+    return forms.of(walker.person.gait).command(setup, walker.person, bones, walker.gait, walker.estimate)
+
+
 def drive(setup: Setup, walker: Walker) -> tuple[Walker, Float[Array, "A"], Float[Array, "7 2"]]:
     """The walker with its drives and the push it meets told, and what acts on its plant in the coming tick:
     control and loads."""
     person, where = walker.person, physics.layout(setup.body)
-    bones = skeleton(setup, person)
-    command = forms.of(person.gait).command(setup, person, bones, walker.gait, walker.estimate)
+    told = command(setup, walker)
     walker = walker.replace(push=pushes.met(walker.push, walker.tick, walker.gait.stance))
     loads = pushes.loads(walker.push, walker.tick, walker.plant.qpos[2])
     if person.burden is not None:
         torso = reference_body(setup).torso.mass * person.ratio.mass
         loads = loads.at[0].set(burdens.felt(person.burden, torso, loads[0], walker.plant.qpos[2]))
     if walker.drives is None:
-        return walker, where.control(command), loads
+        return walker, where.control(told), loads
     motors, torques = drives.tick(
         setup.physics,
         where,
@@ -152,7 +157,7 @@ def drive(setup: Setup, walker: Walker) -> tuple[Walker, Float[Array, "A"], Floa
         walker.gait,
         anthropometry.about_joint(reference_body(setup).foot) * person.ratio.inertia,
         walker.drives,
-        command,
+        told,
         walker.plant,
     )
     return walker.replace(drives=motors), torques, loads

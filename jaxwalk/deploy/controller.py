@@ -8,18 +8,19 @@ import os
 import numpy as np
 
 from jaxwalk.common.errors import UserError
-from jaxwalk.deploy import back_step, controllers, footstep, gait, kinematics, person, policy, sensors
-from jaxwalk.deploy.gait import Clock
+from jaxwalk.deploy import footstep, forms, kinematics, person, policy, sensors, step_clock
 from jaxwalk.deploy.kinematics import Posture
 from jaxwalk.deploy.policy import Policy
 from jaxwalk.deploy.sensors import Estimate, Filter, Sensors
+from jaxwalk.deploy.step_clock import Clock
 
 
 class Controller:
     """A policy, the controllers around it, and where in its step its walker is.
 
     Call `start` when a foot has just landed ahead of the other, then `tick` every ``timestep`` seconds.
-    The policy is asked at each touch-down, within the tick.
+    The policy is asked at each touch-down, within the tick; one that decides steps anew, at the end of the
+    decision window, and again every so many windows until the foot lands.
 
     Args:
       policy: exported.
@@ -55,6 +56,10 @@ class Controller:
         self._dt = np.float32(self.timestep)
         self._gravity = np.float32(policy.manifest["gravity"])
         self._names = tuple(one["name"] for one in policy.manifest["observation"])
+        self._form = forms.of(self.person.gait)
+        decisions = policy.manifest.get("decisions", {})
+        self._replan, self._window = int(decisions.get("replan", 0)), int(decisions.get("window_ticks", 1))
+        self._ticks, self._windows, self._fresh = 0, 0, False
         self._filter: Filter | None = None
         self.clock: Clock
         self.estimate: Estimate
@@ -89,47 +94,54 @@ class Controller:
         """
         if stance not in (0, 1):
             raise UserError(f"stance {stance!r}: give 0 (left) or 1 (right)")
-        speed, numbers = np.float32(said.velocity), self.person.gait
+        speed = np.float32(said.velocity)
         self._filter = sensors.start(self.policy.manifest, speed)
         self.estimate = sensors.estimate(said, self._filter.filtered)
         posture = self._posture()
-        torque, seconds = controllers.toe_off(self.person, posture, self.estimate, 1 - stance)
-        length, duration = np.float32(numbers.length_nominal), np.float32(numbers.duration_nominal)
-        fresh = Clock(stance, np.float32(0), length, duration, torque, seconds)
+        fresh = self._form.start(self.person, self._gravity, posture, self.estimate, stance)
         self.clock, self.touchdown = fresh, False
-        self._decide(posture, -gait.step_length(posture, fresh))
+        self._ticks, self._windows, self._fresh = 0, 0, False
+        self._length = -step_clock.step_length(posture, fresh)
+        self._decide(posture)
         return self._command(posture)
 
     def tick(self, said: Sensors) -> np.ndarray:
         """One tick: what the instruments say now, to what the joints are to do until the next.
 
         Returns:
-          [6] hip rate (rad/s), knee angle (rad), ankle torque (N m, dorsiflexion positive); left, right.
+          [6] rigid: hip rate (rad/s), knee angle (rad), ankle torque (N m, dorsiflexion positive);
+          compliant: torques of the three, N m; left, right.
 
         Raises:
           RuntimeError: not started.
         """
         if self._filter is None:
             raise RuntimeError("Controller.tick before Controller.start")
-        who = self.person
         self._filter, self.estimate = sensors.step(self._filter, said)
-        posture, estimate = self._posture(), self.estimate
+        posture, who = self._posture(), self.person
         clock = dataclasses.replace(self.clock, elapsed=self.clock.elapsed + self._dt)
-        self.touchdown = gait.touched_down(who.gait, posture, clock, estimate) or back_step.touched_down(
-            who, self._gravity, posture, clock, estimate
-        )
-        # At a touch-down the legs swap: the one that was in stance trails and pushes off.
-        trailing = clock.stance if self.touchdown else clock.swing
-        torque, seconds = controllers.toe_off(who, posture, estimate, trailing)
+        length = step_clock.step_length(posture, clock)
+        where = who, self._gravity, posture, clock, self.estimate
+        self.clock, self.touchdown = self._form.proceed(*where, self._dt)
         if self.touchdown:
-            length = gait.step_length(posture, clock)
-            self.clock = dataclasses.replace(
-                clock, stance=clock.swing, elapsed=np.float32(0), toe_off=torque, toe_off_seconds=seconds
-            )
-            self._decide(posture, length)
-        else:
-            self.clock = gait.pressed(who.gait, clock, torque, seconds)
+            self._length = length
+        if self._asks():
+            self._decide(posture)
         return self._command(posture)
+
+    def _asks(self) -> bool:
+        """Whether the policy is asked in this tick."""
+        if not self._replan:
+            return self.touchdown
+        self._ticks += 1
+        self._fresh |= self.touchdown
+        if self._ticks % self._window:
+            return False
+        self._windows += 1
+        asks = self._fresh or self._windows >= self._replan
+        if asks:
+            self._windows, self._fresh = 0, False
+        return asks
 
     @property
     def fallen(self) -> bool:
@@ -148,13 +160,13 @@ class Controller:
     def _posture(self) -> Posture:
         return kinematics.posture(self.person, self.estimate.joints, self.estimate.pitch)
 
-    def _decide(self, posture: Posture, length: np.float32) -> None:
+    def _decide(self, posture: Posture) -> None:
         self.observation = footstep.observe(
-            self._names, self.person, self._gravity, posture, self.estimate, self.clock.stance, length
+            self._names, self.person, self._gravity, posture, self.estimate, self.clock, self._length
         )
         self.action = self.policy.act(self.observation)
         step, duration = footstep.to_command(self.person, self.action)
         self.clock = dataclasses.replace(self.clock, length=step, duration=duration)
 
     def _command(self, posture: Posture) -> np.ndarray:
-        return controllers.command(self.person, self._gravity, posture, self.clock, self.estimate)
+        return self._form.command(self.person, self._gravity, posture, self.clock, self.estimate)

@@ -11,7 +11,9 @@ import numpy as np
 from jaxwalk.common import untrusted, untrusted_arrays
 from jaxwalk.common.errors import UserError
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
+READS = (1, 2)
+"""Formats that are read: in the first, steps are never decided anew and legs are rigid."""
 MANIFEST = "jaxwalk_deploy"
 """Where a file keeps its manifest: a key of the safetensors header, an array of the npz."""
 MAX_BYTES = 64 * 2**20  # a default policy has half a megabyte
@@ -39,9 +41,10 @@ def read(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, np.nda
     except untrusted.Bad as bad:
         raise UserError(untrusted.unreadable(path, bad, _CURE)) from None
     version = manifest.get("format_version")
-    if version != FORMAT_VERSION:
+    if version not in READS:
         raise UserError(
-            f"policy {path}: format {version!r:.20}, but this jaxwalk reads {FORMAT_VERSION}; {_CURE}"
+            f"policy {path}: format {version!r:.20}, but this jaxwalk reads "
+            f"{READS[0]} to {READS[-1]}; {_CURE}"
         )
     return manifest, tensors
 

@@ -1,13 +1,14 @@
-"""What the policy is told at a touch-down, and what its answer means on this walker's body."""
+"""What the policy is told, and what its answer means on this walker's body."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from jaxwalk.deploy import sensors
+from jaxwalk.deploy import sensors, step_clock
 from jaxwalk.deploy.kinematics import Posture
 from jaxwalk.deploy.person import Person
 from jaxwalk.deploy.sensors import Estimate
+from jaxwalk.deploy.step_clock import Clock
 
 
 def observe(
@@ -16,16 +17,17 @@ def observe(
     gravity: np.float32,
     posture: Posture,
     estimate: Estimate,
-    stance: int,
+    clock: Clock,
     length: np.float32,
 ) -> np.ndarray:
     """[O] sensor values, scaled to the reference body (m, s, rad).
 
     Args:
       names: of the observables, in order.
-      stance: the leg that has just landed.
+      clock: of the step under way, or just begun.
       length: of the step that just ended, m.
     """
+    stance = clock.stance
     known = {
         "speed": lambda: estimate.speed / who.speed,
         "pitch": lambda: estimate.pitch,
@@ -36,6 +38,11 @@ def observe(
         "speed_desired": lambda: who.gait.speed_desired / who.speed,
         "height": lambda: who.length,
         "com_ahead": lambda: sensors.com_ahead(who, posture, estimate, stance)[0] / who.length,
+        "elapsed": lambda: clock.elapsed / who.speed,  # times go as speeds do
+        "capture_ahead": lambda: (
+            (sensors.capture_point(who, gravity, estimate) - posture.x[stance]) / who.length
+        ),
+        "swing_ahead": lambda: step_clock.step_length(posture, clock) / who.length,
     }
     return np.array([known[name]() for name in names], np.float32)
 

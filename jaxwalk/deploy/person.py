@@ -9,7 +9,11 @@ from typing import Any
 import numpy as np
 
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import GaitConfig
+from jaxwalk.config import CompliantConfig, GaitConfig
+from jaxwalk.config.gait import RIGID, SHARED
+
+COMPLIANT = "compliant_"
+"""What the names of the compliant controllers' numbers begin with."""
 
 
 @dataclass(frozen=True)
@@ -23,6 +27,8 @@ class Person:
       torso_share: of the mass of the body that the torso's lean moves.
       torso_inertia: about the hip, kg m^2. half_leg: mass of each half of a leg, kg.
       ankle_damping: N m s/rad. ankle_limit: largest torque, N m.
+      strength: [2, 3, 3] of hip, knee and ankle, forward and back: the largest torque (N m) and the rates
+        (rad/s) at which three quarters and half of it are left, of the reference body; None: no limit.
     """
 
     length: np.float32
@@ -37,6 +43,7 @@ class Person:
     half_leg: np.float32
     ankle_damping: np.float32
     ankle_limit: np.float32
+    strength: np.ndarray | None = None
 
     @property
     def leg(self) -> np.float32:
@@ -47,6 +54,11 @@ class Person:
     def speed(self) -> np.float32:
         """This body's speeds over those of the reference body."""
         return np.sqrt(self.length)
+
+    @property
+    def torque(self) -> np.float32:
+        """This body's torques over those of the reference body."""
+        return self.mass * self.length
 
     @property
     def rate(self) -> np.float32:
@@ -75,11 +87,32 @@ def build(manifest: dict[str, Any], height: float | None = None, mass: float | N
         value, by_length, by_mass = (np.float32(_number(one[name])) for name in ("value", "length", "mass"))
         return value * length**by_length * heavy**by_mass
 
-    switches = manifest["switches"]
-    own = {name: scaled(manifest["numbers"][name]) for name in _BODY}
-    names = [f.name for f in dataclasses.fields(GaitConfig) if f.name not in switches]
-    gait = GaitConfig(**{name: scaled(manifest["numbers"][name]) for name in names}, **switches)
-    return Person(length=length, mass=heavy, gait=gait, **own)
+    switches, numbers = manifest["switches"], manifest["numbers"]
+    told = {"form": "rigid"} | switches  # which files of format 1 do not say
+    own = {name: scaled(numbers[name]) for name in _BODY}
+    legs = {f.name: f"{COMPLIANT}{f.name}" for f in dataclasses.fields(CompliantConfig)}
+    compliant: dict[str, Any] = {name: scaled(numbers[key]) for name, key in legs.items() if key in numbers}
+    names = [f.name for f in dataclasses.fields(GaitConfig) if f.name not in (*told, "compliant")]
+    gait: dict[str, Any] = {name: scaled(numbers[name]) for name in names if name in numbers}
+    if missing := _missing(told["form"], gait, compliant):
+        raise KeyError(missing)
+    strength = manifest.get("strength")
+    return Person(
+        length=length,
+        mass=heavy,
+        gait=GaitConfig(**gait, **told, compliant=CompliantConfig(**compliant)),
+        strength=None if strength is None else np.array(strength, np.float32).reshape(2, 3, 3),
+        **own,
+    )
+
+
+def _missing(form: str, gait: dict[str, Any], compliant: dict[str, Any]) -> str | None:
+    """A number that the controllers of this ``form`` need, and that was not told."""
+    needed = {f.name for f in dataclasses.fields(CompliantConfig)} - set(compliant)
+    if form == "compliant" and needed:
+        return min(needed)
+    shared = SHARED if form == "compliant" else RIGID
+    return min(set(shared) - set(gait), default=None)
 
 
 def _number(value: Any) -> float:
@@ -89,4 +122,6 @@ def _number(value: Any) -> float:
     return float(value)
 
 
-_BODY = tuple(f.name for f in dataclasses.fields(Person) if f.name not in ("length", "mass", "gait"))
+_BODY = tuple(
+    f.name for f in dataclasses.fields(Person) if f.name not in ("length", "mass", "gait", "strength")
+)

@@ -102,8 +102,13 @@ def _check(manifest: dict[str, Any]) -> None:
     )
     validate.from_dict(GaitConfig, manifest["switches"])
     who = person.build(manifest)
-    own = [x for x in (*vars(who).values(), *vars(who.gait).values()) if isinstance(x, np.floating)]
-    if not sound or not np.isfinite(own).all() or not who.leg > 0:
+    told = (*vars(who).values(), *vars(who.gait).values(), *vars(who.gait.compliant).values())
+    own = [x for x in told if isinstance(x, np.floating)]
+    decisions = manifest.get("decisions", {"replan": 0, "window_ticks": 1})
+    counts = (decisions["replan"], decisions["window_ticks"] - 1)
+    sound = sound and all(type(x) is int and x >= 0 for x in counts)
+    strong = who.strength is None or (np.isfinite(who.strength).all() and (who.strength > 0).all())
+    if not sound or not strong or not np.isfinite(own).all() or not who.leg > 0:
         raise ValueError
 
 

@@ -107,3 +107,9 @@ def zmp_distance(
     """How far the zero-moment point lies ahead of the stance ankle, m (eq. 4)."""
     com_x, com_z = com_ahead(who, posture, estimate, stance)
     return com_x - estimate.acceleration / gravity * com_z
+
+
+def capture_point(who: Person, gravity: np.float32, estimate: Estimate) -> np.float32:
+    """Where a foot would bring the body to rest, m ahead of the hip."""
+    lean = who.torso_share * who.torso * np.sin(estimate.pitch)
+    return lean + estimate.speed * np.sqrt(who.leg / gravity)

@@ -13,13 +13,24 @@ from jaxwalk.config import Observable
 from jaxwalk.learn.policies import policy
 
 _TEMPLATE = Path(__file__).with_name("controller.h")
+_COMMANDS = {
+    "rigid": "hip rate (rad/s), knee angle (rad), ankle torque (N m, dorsiflexion positive)",
+    "compliant": "torques of hip, knee and ankle (N m; forward, flexion, dorsiflexion positive)",
+}
 _WIDTH = 100  # of the lines of numbers
 
 
 def header(trained: policy.Policy, told: dict[str, Any]) -> bytes:
     """The header's text."""
     filled = _TEMPLATE.read_text()
-    parts = {"VERSION": told["jaxwalk_version"], "DATA": _data(trained, told), "LAYERS": _layers(told)}
+    form = told["switches"]["form"]
+    parts = {
+        "VERSION": told["jaxwalk_version"],
+        "COMMANDS": _COMMANDS[form],
+        "DATA": _data(trained, told),
+        "LAYERS": _layers(told),
+        "LEGS": _TEMPLATE.with_name(f"{form}.h").read_text().rstrip() + "\n",
+    }
     for name, text in parts.items():
         filled = filled.replace(f"@{name}@", text)
     return filled.encode()
@@ -64,6 +75,9 @@ def _data(trained: policy.Policy, told: dict[str, Any]) -> str:
         "BACK_STEP": int(gait["back_step"]),
         "TOE_OFF_PAPER": int(gait["toe_off_form"] == "paper"),
         "TOE_OFF_LATCHED": int(gait["toe_off_latched"]),
+        "REPLAN": told["decisions"]["replan"],
+        "WINDOW_TICKS": told["decisions"]["window_ticks"],
+        "LIMITED": int(told["strength"] is not None),
     }
     known = [f"JAXWALK_{name.upper()}_SEEN" for name in get_args(Observable)]
     seen = ", ".join(f"JAXWALK_{name.upper()}_SEEN" for name in names)
@@ -92,10 +106,23 @@ def _data(trained: policy.Policy, told: dict[str, Any]) -> str:
             f"static const int jaxwalk_seen[JAXWALK_OBSERVATIONS] = {{{seen}}};",
             "",
             *arrays,
+            *_strength(told),
             "",
             *_numbers(told["numbers"]),
         ]
     )
+
+
+def _strength(told: dict[str, Any]) -> Iterable[str]:
+    """Of compliant legs' joints, forward and back: [2][3] largest torque, and two rates."""
+    if told["switches"]["form"] != "compliant":
+        return
+    # Transposed: each joint's three numbers together.
+    own = np.zeros((2, 3, 3)) if told["strength"] is None else np.array(told["strength"]).transpose(0, 2, 1)
+    rows = ", ".join(
+        "{" + ", ".join("{" + ", ".join(map(number, joint)) + "}" for joint in way) + "}" for way in own
+    )
+    yield f"static const float jaxwalk_strength[2][3][3] = {{{rows}}};"
 
 
 def _names(what: str, ones: Iterable[dict[str, Any]]) -> str:

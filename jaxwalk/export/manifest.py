@@ -10,25 +10,27 @@ import dataclasses
 import json
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import fields
 from typing import Any
 
 import jax.numpy as jnp
 
 from jaxwalk import __version__
 from jaxwalk.config import GRAVITY, REFERENCE_HEIGHT, REFERENCE_MASS, BodyConfig, Config
+from jaxwalk.config.gait import RIGID, SHARED, SWITCHES
 from jaxwalk.control import posture, scaling, sensors
 from jaxwalk.control.person import Person, inertias
 from jaxwalk.deploy.file import FORMAT_VERSION
+from jaxwalk.deploy.person import COMPLIANT
 from jaxwalk.learn.policies import policy
-from jaxwalk.model import anthropometry, kinematics
+from jaxwalk.model import anthropometry, kinematics, strength
 from jaxwalk.model.engine import Setup
 from jaxwalk.model.similarity import Similarity
 
-"""Fields of `GaitConfig` that are no numbers."""
-
 OBSERVATION_UNITS = {
     "speed": "m/s", "pitch": "rad", "zmp": "m", "step_length": "m", "pitch_rate": "rad/s",
-    "acceleration": "m/s^2", "speed_desired": "m/s", "height": "1", "com_ahead": "m",
+    "acceleration": "m/s^2", "speed_desired": "m/s", "height": "1", "com_ahead": "m", "elapsed": "s",
+    "capture_ahead": "m", "swing_ahead": "m",
 }  # fmt: skip
 ACTION_UNITS = {"length": "m", "duration": "s"}
 
@@ -50,7 +52,27 @@ _UNITS = {
     "kg m^2": "torso_inertia",
     "1": "swing_pitch_gain swing_knee_share touchdown_share fall_height torso_share",
 }
-UNITS = {name: unit for unit, names in _UNITS.items() for name in names.split()}
+_COMPLIANT_UNITS = {
+    "rad": "pitch_nominal pitch_offset knee_loading knee_standing ankle_slack push_off_angle push_off_ramp "
+    "push_off_ankle swing_knee landing_knee swing_sole",
+    "rad/s": "hip_rate_max swing_rate_max",
+    "rad/m": "pitch_capture_gain",
+    "m": "landing_capture back_ahead",
+    "m/s": "hip_speed_min",
+    "s": "knee_seconds toe_off_seconds landing_seconds landing_time passing_seconds",
+    "N": "back_force",
+    "N m": "push_off_torque",
+    "N m/m": "ankle_capture_gain",
+    "N m/rad": "knee_stiffness ankle_stiffness swing_stiffness swing_knee_stiffness landing_knee_stiffness "
+    "swing_ankle_stiffness",
+    "N m s/rad": "hip_damping knee_damping ankle_damping swing_damping swing_knee_damping "
+    "landing_knee_damping swing_ankle_damping",
+    "N m s/m": "push_off_gain",
+    "1": "push_off_share swing_pitch_gain toe_off_knee_share landing_share",
+}
+UNITS = {name: unit for unit, names in _UNITS.items() for name in names.split()} | {
+    f"{COMPLIANT}{name}": unit for unit, names in _COMPLIANT_UNITS.items() for name in names.split()
+}
 
 _JOINTS = [f"{joint}_{side}" for side in ("left", "right") for joint in ("hip", "knee", "ankle")]
 SENSORS = (
@@ -60,12 +82,15 @@ SENSORS = (
     + [("touch_left", "N"), ("touch_right", "N")]
 )
 """What a tick takes, in this order."""
-COMMANDS = [
-    (f"{what}_{side}", unit)
-    for side in ("left", "right")
-    for what, unit in (("hip_rate", "rad/s"), ("knee_angle", "rad"), ("ankle_torque", "N m"))
-]
-"""What a tick gives, in this order."""
+_TOLD = {
+    "rigid": (("hip_rate", "rad/s"), ("knee_angle", "rad"), ("ankle_torque", "N m")),
+    "compliant": (("hip_torque", "N m"), ("knee_torque", "N m"), ("ankle_torque", "N m")),
+}
+COMMANDS = {
+    form: [(f"{what}_{side}", unit) for side in ("left", "right") for what, unit in told]
+    for form, told in _TOLD.items()
+}
+"""What a tick gives, in this order, by the form of the controllers."""
 
 
 def build(trained: policy.Policy, config: Config) -> dict[str, Any]:
@@ -93,10 +118,12 @@ def build(trained: policy.Policy, config: Config) -> dict[str, Any]:
         "timestep": config.physics.timestep,
         "gravity": GRAVITY,
         "sensors": {"mean_window": config.sensors.mean_window, "kalman_gain": gain.tolist()},
-        "switches": {name: getattr(config.gait, name) for name in scaling.SWITCHES},
+        "switches": {name: getattr(config.gait, name) for name in SWITCHES},
         "numbers": {name: number | {"unit": UNITS[name]} for name, number in _numbers(config)},
         "sensor_inputs": [{"name": name, "unit": unit} for name, unit in SENSORS],
-        "commands": [{"name": name, "unit": unit} for name, unit in COMMANDS],
+        "commands": [{"name": name, "unit": unit} for name, unit in COMMANDS[config.gait.form]],
+        "decisions": {"replan": config.task.replan, "window_ticks": config.train.window_ticks},
+        "strength": _strength(config),
     }
 
 
@@ -105,15 +132,31 @@ def text(manifest: dict[str, Any]) -> str:
     return json.dumps(manifest, allow_nan=False)
 
 
+def _strength(config: Config) -> list[list[list[float]]] | None:
+    """As `jaxwalk.deploy.person.Person` has it."""
+    own = strength.STRENGTHS.get(config.physics.actuators)
+    if own is None:
+        return None
+    return [[list(x[way]) for x in (own.most, own.three_quarters, own.half)] for way in (0, 1)]
+
+
 def _numbers(config: Config) -> Iterator[tuple[str, dict[str, float]]]:
-    names = [f.name for f in dataclasses.fields(config.gait) if f.name not in scaling.SWITCHES]
+    gait = config.gait
+    names = RIGID if gait.form == "rigid" else SHARED
     # Numbers of 1 in their place, since what is 0 would not tell how it scales.
-    ones = dataclasses.replace(config.gait, **dict.fromkeys(names, 1.0))
+    legs = dataclasses.replace(gait.compliant, **dict.fromkeys((f.name for f in fields(gait.compliant)), 1.0))
+    ones = dataclasses.replace(gait, **dict.fromkeys(RIGID, 1.0), compliant=legs)
     for name in names:
-        yield (
-            name,
-            _number(lambda r, n=name: getattr(scaling.scaled(ones, r), n), getattr(config.gait, name)),
-        )
+        yield name, _number(lambda r, n=name: getattr(scaling.scaled(ones, r), n), getattr(gait, name))
+    if gait.form == "compliant":
+        for name in (f.name for f in fields(gait.compliant)):
+            yield (
+                f"{COMPLIANT}{name}",
+                _number(
+                    lambda r, n=name: getattr(scaling.scaled(ones, r).compliant, n),
+                    getattr(gait.compliant, name),
+                ),
+            )
 
     reference = anthropometry.build(BodyConfig(table=config.body.table))
     setup = Setup.of(config)

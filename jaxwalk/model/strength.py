@@ -33,12 +33,16 @@ class Strength:
       three_quarters, half: [2, 3] rates at which so much of it is left, rad/s.
     """
 
-    most: tuple[tuple[float, float, float], tuple[float, float, float]]
-    three_quarters: tuple[tuple[float, float, float], tuple[float, float, float]]
-    half: tuple[tuple[float, float, float], tuple[float, float, float]]
+    most: tuple[tuple[float, ...], ...]
+    three_quarters: tuple[tuple[float, ...], ...]
+    half: tuple[tuple[float, ...], ...]
 
 
-_MINA_TORQUE, _MINA_RATE = 110.0, 9.0
+def _motor(torque: float, rate: float) -> Strength:
+    """The same motor in each joint: ``torque`` N m at most, ``rate`` rad/s without load."""
+    most, c, d = torque, rate / 4, rate / 2
+    return Strength(((most,) * 3,) * 2, ((c,) * 3,) * 2, ((d,) * 3,) * 2)
+
 
 STRENGTHS: dict[str, Strength] = {
     # Their table 3, men of 18 to 25: C1 in shares of body weight x stature, C4 and C5 in rad/s.
@@ -52,11 +56,7 @@ STRENGTHS: dict[str, Strength] = {
     ),
     # Griffin et al., "Using powered ankles: Mina v2 at the 2016 Cybathlon" (IEEE Robotics & Automation
     # Magazine, December 2017): each joint's actuator, 110 N m at most, 9 rad/s without load.
-    "exoskeleton": Strength(
-        most=((_MINA_TORQUE,) * 3,) * 2,
-        three_quarters=((_MINA_RATE / 4,) * 3,) * 2,
-        half=((_MINA_RATE / 2,) * 3,) * 2,
-    ),
+    "exoskeleton": _motor(110.0, 9.0),
 }
 
 

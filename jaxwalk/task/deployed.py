@@ -31,7 +31,8 @@ class Runtime(Protocol):
         ...
 
     def tick(self, said: Sensors) -> np.ndarray:
-        """[6] hip rate (rad/s), knee angle (rad), ankle torque (N m) until the next tick; left, right."""
+        """[6] hip rate (rad/s), knee angle (rad), ankle torque (N m), or the torques of the three, until the
+        next tick; left, right."""
         ...
 
     @property
@@ -124,7 +125,9 @@ def walk(
       keep: what happened, tick by tick, too.
     """
     begun = jax.device_get(start(config, jax.random.key(seed)).replace(key=None))
-    moved_by = dataclasses.replace(config.physics, drives="servo")  # which is what the command is for
+    # What the command is for.
+    drives = "servo" if config.gait.form == "rigid" else "torque"
+    moved_by = dataclasses.replace(config.physics, drives=drives)
     model = physics.compile_mujoco(config.body, c_mujoco.converged(moved_by))
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     data = mujoco.MjData(model)

@@ -23,7 +23,7 @@ from jaxwalk.common.parallel import devices
 from jaxwalk.config import GaitConfig
 from jaxwalk.control import walker
 from jaxwalk.control.person import model_of
-from jaxwalk.model import pushes
+from jaxwalk.model import engine, pushes
 from jaxwalk.task import backend, stepper, sway
 from jaxwalk.task.scenarios import Scenario
 from jaxwalk.task.stepper import Stepper, Task
@@ -162,10 +162,15 @@ def _alone(task: Task, trial: Trial, profile: Profile) -> tuple[Trial, None]:
     """One tick of a trial that brings along all that it needs."""
     body = trial.state.walker
     model, white = model_of(task.setup, body.person), walker.noise(body, 1)[0]
-    return _tick(task, profile, model, trial, white), None
+    return tick(task, profile, model, trial, white), None
 
 
-def _tick(task: Task, profile: Profile, model, trial: Trial, white: Float[Array, "18"]) -> Trial:
+def tick(task: Task, profile: Profile, model: engine.Model, trial: Trial, white: Float[Array, "18"]) -> Trial:
+    """One tick: the walker's, the push that waits for its step, and what is counted.
+
+    Args:
+      white: as for `walker.tick`.
+    """
     before, dt = trial.state, task.setup.timestep
     after = stepper.tick(task, model, before, white)
     landed = (after.walker.gait.elapsed == 0) & ~after.terminated
@@ -243,7 +248,7 @@ def advance(
             body = answered.walker
             model, white = model_of(task.setup, body.person), walker.noise(body, count)
             return jax.lax.fori_loop(
-                0, count, lambda i, t: _tick(task, profile, model, t, white[i]), trial
+                0, count, lambda i, t: tick(task, profile, model, t, white[i]), trial
             ), None
 
         return backend.scan(task.setup, _alone, task, count, trial, profile, otherwise=by_xla)[0]

@@ -13,8 +13,9 @@ import pytest
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import BodyConfig, Config, PidConfig, validate
 from jaxwalk.config.presets import PRESETS
-from jaxwalk.control import controllers, drives, walker
+from jaxwalk.control import drives, walker
 from jaxwalk.control.person import Person, model_of, skeleton
+from jaxwalk.control.rigid import controllers
 from jaxwalk.model import mjcf, physics
 from jaxwalk.model.engine import Setup
 from jaxwalk.model.similarity import Similarity

@@ -15,8 +15,9 @@ from jaxwalk import deploy
 from jaxwalk.common import resources
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Observable
-from jaxwalk.control import controllers, walker
+from jaxwalk.control import walker
 from jaxwalk.control.person import skeleton
+from jaxwalk.control.rigid import controllers
 from jaxwalk.export import c, c_runtime, manifest, tensors
 from jaxwalk.learn.ddpg import networks
 from jaxwalk.learn.policies import named, policy

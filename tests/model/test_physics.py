@@ -15,8 +15,9 @@ import pytest
 from mujoco import mjx
 
 from jaxwalk.config import BodyConfig, Config
-from jaxwalk.control import controllers, walker
+from jaxwalk.control import walker
 from jaxwalk.control.person import Person, model_of, skeleton
+from jaxwalk.control.rigid import controllers
 from jaxwalk.model import c_mujoco, engine, mjcf, physics, pushes
 from jaxwalk.model.engine import Setup
 from jaxwalk.model.push_points import PLACES

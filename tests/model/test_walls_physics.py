@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from jaxwalk.config import BodyConfig, Config
-from jaxwalk.control import controllers, walker
+from jaxwalk.control import walker
 from jaxwalk.control.person import Person, model_of, skeleton
+from jaxwalk.control.rigid import controllers
 from jaxwalk.learn.policies import named
 from jaxwalk.measure.evaluate.evaluation import evaluate
 from jaxwalk.measure.protocol import PushTest

@@ -48,9 +48,7 @@ def command(
     )
     swings = swing.torques(numbers, bones, clock, where, estimate)
     asked = jnp.where(clock.is_stance[:, None], stands, swings).reshape(6)
-    return strength.limited(
-        setup.physics.actuators, person.ratio, asked, estimate.joint_rates.reshape(6)
-    )
+    return strength.limited(setup.physics.actuators, person.ratio, asked, estimate.joint_rates.reshape(6))
 
 
 def proceed(

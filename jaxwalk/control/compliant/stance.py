@@ -20,9 +20,7 @@ def leg_angle(body: Skeleton, ankle: Float[Array, ""]) -> Float[Array, ""]:
     return jnp.arctan2(ankle, body.thigh + body.shank)
 
 
-def capture_error(
-    config: GaitConfig, body: Skeleton, clock: StepClock, where: Posture
-) -> Float[Array, ""]:
+def capture_error(config: GaitConfig, body: Skeleton, clock: StepClock, where: Posture) -> Float[Array, ""]:
     """How much further ahead of the stance ankle the capture point will be at the landing than it is in
     steady walking, m: it runs away from the foot as exp(w0 t) (Englsberger et al. 2015)."""
     own = config.compliant

@@ -1,4 +1,4 @@
-"""The leg in the air: toe-off, a smooth way to where it shall land, a knee that bends and straightens late."""
+"""The leg in the air: toe-off, a smooth way to the landing, a knee that bends and straightens late."""
 
 from __future__ import annotations
 
@@ -24,9 +24,7 @@ def toe_off(config: GaitConfig, clock: StepClock, where: Posture, estimate: Esti
     return early & (where.thigh[swing] < 0) & (estimate.joints[swing, 2] > -own.push_off_ankle)
 
 
-def goal(
-    config: GaitConfig, body: Skeleton, clock: StepClock, estimate: Estimate
-) -> Float[Array, ""]:
+def goal(config: GaitConfig, body: Skeleton, clock: StepClock, estimate: Estimate) -> Float[Array, ""]:
     """Hip angle that puts the ankle of a straight leg half of the step's length ahead of the hip, rad; behind
     it, in a step back."""
     reach = jnp.clip(0.5 * clock.length / (body.thigh + body.shank), -0.9, 0.9)
@@ -43,7 +41,7 @@ def proceed(
 ) -> Path:
     """The swing hip's path a tick on: the cubic from where it is, to rest at the goal when the step's time is
     over. So length and time may be changed at any tick."""
-    own, swing, path = config.compliant, 1 - clock.stance, clock.path
+    own, swing, path = config.compliant, 1 - clock.stance, _path(clock)
     limp = toe_off(config, clock, where, estimate)
     angle = jnp.where(limp, estimate.joints[swing, 0], path.angle)
     rate = jnp.where(limp, estimate.joint_rates[swing, 0], path.rate)
@@ -57,15 +55,20 @@ def proceed(
     return Path(angle=jnp.where(limp, angle, angle + timestep * rate), rate=rate)
 
 
+def _path(clock: StepClock) -> Path:
+    assert clock.path is not None  # compliant legs have one
+    return clock.path
+
+
 def torques(
     config: GaitConfig, body: Skeleton, clock: StepClock, where: Posture, estimate: Estimate
 ) -> Float[Array, "3"]:
     """[3] of hip, knee and ankle of the leg in the air, N m."""
-    own, swing = config.compliant, 1 - clock.stance
+    own, swing, path = config.compliant, 1 - clock.stance, _path(clock)
     hip, knee, ankle = estimate.joints[swing]
     hip_rate, knee_rate, ankle_rate = estimate.joint_rates[swing]
     limp = toe_off(config, clock, where, estimate)
-    along = own.swing_stiffness * (clock.path.angle - hip) + own.swing_damping * (clock.path.rate - hip_rate)
+    along = own.swing_stiffness * (path.angle - hip) + own.swing_damping * (path.rate - hip_rate)
     landing = clock.duration - clock.elapsed < own.landing_seconds
     bent = own.swing_knee * jnp.where(limp, own.toe_off_knee_share, 1.0)
     passing = own.swing_knee_stiffness * (bent - knee) - own.swing_knee_damping * knee_rate

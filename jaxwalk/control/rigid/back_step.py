@@ -18,6 +18,7 @@ from jaxwalk.control.sensors import Estimate
 from jaxwalk.control.step_clock import StepClock, step_length, swing_force
 from jaxwalk.model.kinematics import Skeleton, ankles
 
+
 def needed(config: GaitConfig, body: Skeleton, gait: StepClock, estimate: Estimate) -> Bool[Array, ""]:
     """Whether the walker falls backward over its stance foot; never while it still pushes off."""
     if not config.back_step:

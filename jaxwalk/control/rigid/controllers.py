@@ -8,29 +8,15 @@ that walker's own (scaled) numbers.
 from __future__ import annotations
 
 import jax.numpy as jnp
-from flax import struct
 from jaxtyping import Array, Float
 
 from jaxwalk.config import GaitConfig
+from jaxwalk.control.person import Inertias
 from jaxwalk.control.rigid import back_step
 from jaxwalk.control.rigid.phases import Phase, swing_phase, swing_progress
 from jaxwalk.control.sensors import Estimate
 from jaxwalk.control.step_clock import StepClock
 from jaxwalk.model.kinematics import Skeleton, shank_angles, thigh_angles
-
-
-class Inertias(struct.PyTreeNode):
-    """What the toe-off torque moves (eqs 16 and 20).
-
-    Attributes:
-      torso: of the torso about the hip, kg m^2.
-      leg_mass: of each half of the trailing leg (thigh; shank with foot), kg.
-      damping: passive ankle damping c, N m s/rad.
-    """
-
-    torso: Float[Array, ""]
-    leg_mass: Float[Array, ""]
-    damping: Float[Array, ""]
 
 
 def stance_hip_rate(

@@ -17,8 +17,8 @@ from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
 from jaxwalk.common.parallel.devices import AXIS
 from jaxwalk.config import Config
-from jaxwalk.control import controllers
-from jaxwalk.control.person import model_of, skeleton
+from jaxwalk.control import walker
+from jaxwalk.control.person import model_of
 from jaxwalk.control.walker import Walker
 from jaxwalk.model import physics, pushes
 from jaxwalk.task import collect, footstep, spawn, stepper
@@ -40,11 +40,11 @@ def walk_ticks(task: Task, count: int, state: Stepper) -> tuple[Stepper, Float[A
 def record(task: Task, ticks: int, state: Stepper) -> Float[Array, "T 6"]:
     """The commands that `walk_ticks` gives to the joints, tick by tick."""
     setup = task.setup
-    model, bones = model_of(setup, state.walker.person), skeleton(setup, state.walker.person)
+    model = model_of(setup, state.walker.person)
 
     def tick(state: Stepper, _: None) -> tuple[Stepper, Float[Array, "6"]]:
         body = state.walker
-        command = controllers.command(body.person.gait, bones, body.gait, body.estimate)
+        command = walker.command(setup, body)
         state = stepper.decide(state, footstep.nominal_action(body.person))
         return stepper.tick(task, model, state), command
 

@@ -17,8 +17,8 @@ from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from jaxwalk.common.parallel.devices import AXIS
 from jaxwalk.config import Config
-from jaxwalk.control import controllers, sensors, walker
-from jaxwalk.control.person import Person, model_of, skeleton
+from jaxwalk.control import sensors, walker
+from jaxwalk.control.person import Person, model_of
 from jaxwalk.control.sensors import Estimate, SensorState
 from jaxwalk.control.walker import Walker
 from jaxwalk.learn.train import device_loop
@@ -107,8 +107,7 @@ def _moved(task: Task, person: Person, plant: Plant, command: Float[Array, "6"])
 
 def _controlled_tick(task: Task, body: Walker) -> tuple[Walker, None]:
     setup = task.setup
-    bones = skeleton(setup, body.person)
-    command = controllers.command(body.person.gait, bones, body.gait, body.estimate)
+    command = walker.command(setup, body)
     moved = _moved(task, body.person, body.plant, command)
     return walker.advance(setup, body, *moved, jnp.zeros(18))[0], None
 

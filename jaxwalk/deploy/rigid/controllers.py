@@ -1,6 +1,6 @@
 """The controllers under the policy: stance, swing (ahead, or `back_step`), ankle toe-off.
 
-The equations, and why they depart from the paper's, are those of `jaxwalk.control.controllers`.
+The equations, and why they depart from the paper's, are those of `jaxwalk.control.rigid.controllers`.
 """
 
 from __future__ import annotations
@@ -8,11 +8,12 @@ from __future__ import annotations
 import numpy as np
 
 from jaxwalk.config import GaitConfig
-from jaxwalk.deploy import back_step
-from jaxwalk.deploy.gait import Clock, Phase
 from jaxwalk.deploy.kinematics import Posture
 from jaxwalk.deploy.person import Person
+from jaxwalk.deploy.rigid import back_step
+from jaxwalk.deploy.rigid.phases import Phase, phase_of, progress_of
 from jaxwalk.deploy.sensors import Estimate
+from jaxwalk.deploy.step_clock import Clock
 
 _ZERO = np.float32(0)
 
@@ -70,7 +71,7 @@ def swing(
     who: Person, gravity: np.float32, posture: Posture, clock: Clock, estimate: Estimate
 ) -> tuple[np.float32, np.float32, np.float32]:
     """(hip rate rad/s, knee angle rad, ankle torque N m) of the leg that is not in stance."""
-    numbers, phase = who.gait, clock.phase
+    numbers, phase = who.gait, phase_of(clock)
     hip, _, ankle = estimate.joints[clock.swing]
     reach = min(max(np.float32(0.5) * clock.length / who.leg, np.float32(-0.95)), np.float32(0.95))
     target = np.arcsin(reach) + numbers.swing_pitch_gain * estimate.pitch
@@ -78,9 +79,9 @@ def swing(
     if back_step.needed(who, gravity, posture, clock, estimate):
         rate, knee = back_step.swing(who, gravity, posture, clock, estimate)
     elif phase == Phase.EARLY_SWING:
-        left = (np.float32(1) - clock.progress) * clock.duration
+        left = (np.float32(1) - progress_of(clock)) * clock.duration
         rate = _limited((target - hip) / max(left, np.float32(1e-3)), np.float32(numbers.swing_rate_max))
-        knee = np.float32(numbers.swing_knee) if clock.progress < numbers.swing_knee_share else _ZERO
+        knee = np.float32(numbers.swing_knee) if progress_of(clock) < numbers.swing_knee_share else _ZERO
         ankle_target = numbers.swing_ankle
     elif phase == Phase.TERMINAL_SWING:
         rate = numbers.terminal_hip_gain * (target - hip)

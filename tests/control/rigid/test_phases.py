@@ -9,7 +9,9 @@ import pytest
 
 from jaxwalk.config import BodyConfig, GaitConfig, PhysicsConfig
 from jaxwalk.control import scaling, sensors, step_clock
-from jaxwalk.control.step_clock import Phase, StepClock
+from jaxwalk.control.rigid import phases
+from jaxwalk.control.rigid.phases import Phase
+from jaxwalk.control.step_clock import StepClock
 from jaxwalk.model import anthropometry, kinematics, physics
 from jaxwalk.model.similarity import Similarity
 
@@ -53,8 +55,8 @@ def estimate(hips=(0.0, 0.0), touch=(0.0, 0.0), pitch=0.0, speed=1.0):
 @pytest.mark.parametrize("stance", [0, 1])
 def test_a_step_goes_through_its_phases_by_the_clock(elapsed, phase, progress, stance):
     now = clock(elapsed, stance)
-    assert int(step_clock.swing_phase(now)) == phase
-    assert step_clock.swing_progress(now) == pytest.approx(progress, abs=1e-5)
+    assert int(phases.swing_phase(now)) == phase
+    assert phases.swing_progress(now) == pytest.approx(progress, abs=1e-5)
     assert now.is_stance.tolist() == [stance == 0, stance == 1]
 
 
@@ -110,13 +112,13 @@ def test_a_touchdown_is_late_enough_far_enough_and_firm_enough(change, landed, s
     case = LANDED | change
     order = slice(None) if stance == 0 else slice(None, None, -1)
     seen = estimate(hips=case["hips"][order], touch=case["touch"][order], speed=case["speed"])
-    assert bool(step_clock.touched_down(NUMBERS, SKELETON, clock(case["elapsed"], stance), seen)) == landed
+    assert bool(phases.touched_down(NUMBERS, SKELETON, clock(case["elapsed"], stance), seen)) == landed
 
 
 def test_without_the_step_back_a_foot_ahead_lands_whatever_the_speed():
     seen = estimate(hips=LANDED["hips"], touch=LANDED["touch"], speed=-0.01)
     paper = dataclasses.replace(NUMBERS, back_step=False)
-    assert step_clock.touched_down(paper, SKELETON, clock(LANDED["elapsed"]), seen)
+    assert phases.touched_down(paper, SKELETON, clock(LANDED["elapsed"]), seen)
 
 
 def test_numbers_scale_by_dynamic_similarity():
@@ -156,10 +158,10 @@ def test_numbers_scale_by_dynamic_similarity():
 )
 def test_toe_off_grows_while_it_lasts(elapsed, latched, torque, seconds):
     numbers = dataclasses.replace(NUMBERS, toe_off_latched=latched)
-    after = step_clock.pressed(numbers, clock(elapsed), jnp.float32(120), jnp.float32(0.06))
+    after = phases.pressed(numbers, clock(elapsed), jnp.float32(120), jnp.float32(0.06))
     assert (after.toe_off, after.toe_off_seconds) == pytest.approx((torque, seconds))
 
 
 def test_toe_off_never_shrinks():
-    after = step_clock.pressed(NUMBERS, clock(0.01), jnp.float32(60), jnp.float32(0.03))
+    after = phases.pressed(NUMBERS, clock(0.01), jnp.float32(60), jnp.float32(0.03))
     assert (after.toe_off, after.toe_off_seconds) == pytest.approx((90.0, 0.04))

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from jaxwalk.config import BodyConfig, GaitConfig
-from jaxwalk.control import controllers, scaling, sensors
+from jaxwalk.control import scaling, sensors
+from jaxwalk.control.rigid import controllers
 from jaxwalk.control.step_clock import StepClock
 from jaxwalk.model import anthropometry, kinematics
 from jaxwalk.model.similarity import Similarity

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from jaxwalk.config import BodyConfig, Config, GaitConfig
-from jaxwalk.control import back_step, controllers, sensors, walker
+from jaxwalk.control import sensors
 from jaxwalk.control.person import Person
+from jaxwalk.control.rigid import back_step, controllers, form
 from jaxwalk.control.step_clock import StepClock
 from jaxwalk.model import anthropometry, kinematics
 from jaxwalk.model.engine import Setup
@@ -110,7 +111,7 @@ def test_a_leg_ahead_does_not_push_off():
     def torque(hip, **changes):
         who = Person.of(dataclasses.replace(config.gait, **changes), f(1.8), f(75))
         seen = estimate(0.5, (-0.2, hip))
-        return walker._toe_off(Setup.of(config), who, BONES, seen, jnp.int32(1))[0]
+        return form._toe_off(Setup.of(config), who, BONES, seen, jnp.int32(1))[0]
 
     assert torque(0.3) == 0.0 < torque(-0.3)
     assert torque(0.3, back_step=False) > 0

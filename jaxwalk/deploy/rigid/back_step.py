@@ -4,21 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from jaxwalk.deploy.gait import Clock, Phase, step_length
 from jaxwalk.deploy.kinematics import Posture
 from jaxwalk.deploy.person import Person
-from jaxwalk.deploy.sensors import Estimate
-
-
-def capture_point(who: Person, gravity: np.float32, estimate: Estimate) -> np.float32:
-    """Where a foot would bring the body to rest, m ahead of the hip."""
-    lean = who.torso_share * who.torso * np.sin(estimate.pitch)
-    return lean + estimate.speed * np.sqrt(who.leg / gravity)
+from jaxwalk.deploy.rigid.phases import Phase, phase_of
+from jaxwalk.deploy.sensors import Estimate, capture_point
+from jaxwalk.deploy.step_clock import Clock, step_length
 
 
 def needed(who: Person, gravity: np.float32, posture: Posture, clock: Clock, estimate: Estimate) -> bool:
     """Whether the walker falls backward over its stance foot; never while it still pushes off."""
-    if not who.gait.back_step or clock.phase == Phase.TOE_OFF:
+    if not who.gait.back_step or phase_of(clock) == Phase.TOE_OFF:
         return False
     limit = posture.x[clock.stance] - who.gait.back_step_margin
     return bool(capture_point(who, gravity, estimate) < limit)

@@ -1,0 +1,1 @@
+"""Compliant legs: see `jaxwalk.control.compliant`."""

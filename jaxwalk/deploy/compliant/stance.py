@@ -1,0 +1,75 @@
+"""The leg that stands: it holds the torso, yields under the load, and pushes off before the other lands."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from jaxwalk.deploy.kinematics import Posture
+from jaxwalk.deploy.person import Person
+from jaxwalk.deploy.sensors import Estimate, capture_point
+from jaxwalk.deploy.step_clock import Clock
+
+_ERROR_MOST = np.float32(2)
+_ZERO, _ONE = np.float32(0), np.float32(1)
+
+
+def leg_angle(who: Person, ankle: np.float32) -> np.float32:
+    """Of the line from the hip to an ankle ``ankle`` m ahead of it, from the vertical, rad."""
+    return np.arctan2(ankle, who.thigh + who.shank)
+
+
+def capture_error(
+    who: Person, gravity: np.float32, posture: Posture, clock: Clock, estimate: Estimate
+) -> np.float32:
+    """How much further ahead the capture point will be at the landing than in steady walking, m."""
+    own = who.gait.compliant
+    left = max(own.landing_time - clock.elapsed, _ZERO)
+    ahead = capture_point(who, gravity, estimate) - posture.x[clock.stance]
+    error = ahead * np.exp(np.sqrt(gravity / who.leg) * left) - own.landing_capture
+    most = _ERROR_MOST * who.leg
+    return min(max(error, -most), most)
+
+
+def hip(who: Person, posture: Posture, clock: Clock, estimate: Estimate, error: np.float32) -> np.float32:
+    """Torque of the stance hip, N m."""
+    own, stance = who.gait.compliant, clock.stance
+    angle = leg_angle(who, posture.x[stance])
+    speed = max(estimate.speed - who.torso * estimate.pitch_rate, own.hip_speed_min)
+    ankle_rate = speed / ((who.thigh + who.shank) * np.cos(angle))
+    off = estimate.pitch - own.pitch_offset - own.pitch_capture_gain * error
+    rate = min(max(-ankle_rate * off / own.pitch_nominal, -own.hip_rate_max), own.hip_rate_max)
+    return own.hip_damping * (rate - estimate.joint_rates[stance, 0])
+
+
+def knee(who: Person, clock: Clock, estimate: Estimate) -> np.float32:
+    """Torque of the stance knee, N m."""
+    own = who.gait.compliant
+    share = min(max(clock.elapsed / own.knee_seconds, _ZERO), _ONE)
+    rest = own.knee_loading + (own.knee_standing - own.knee_loading) * share
+    angle, rate = estimate.joints[clock.stance, 1], estimate.joint_rates[clock.stance, 1]
+    return own.knee_stiffness * (rest - angle) - own.knee_damping * rate
+
+
+def push_off(who: Person, estimate: Estimate) -> np.float32:
+    """Plantarflexion torque of a whole push-off, N m, never negative."""
+    own = who.gait.compliant
+    lost = own.push_off_share * who.gait.speed_desired - estimate.speed
+    return max(own.push_off_torque + own.push_off_gain * lost, _ZERO)
+
+
+def ankle(
+    who: Person,
+    gravity: np.float32,
+    posture: Posture,
+    clock: Clock,
+    estimate: Estimate,
+    error: np.float32,
+) -> np.float32:
+    """Torque of the stance ankle, N m."""
+    own, stance = who.gait.compliant, clock.stance
+    angle, rate = estimate.joints[stance, 2], estimate.joint_rates[stance, 2]
+    behind = -leg_angle(who, posture.x[stance]) - own.push_off_angle
+    forward = capture_point(who, gravity, estimate) > posture.x[stance] and angle > -own.push_off_ankle
+    share = min(max(behind / own.push_off_ramp, _ZERO), _ONE) if forward else _ZERO
+    resting = own.ankle_stiffness * min(own.ankle_slack - angle, _ZERO) - own.ankle_capture_gain * error
+    return resting + share * (-push_off(who, estimate) - resting) - own.ankle_damping * rate

@@ -1,0 +1,81 @@
+"""The leg in the air: toe-off, a smooth way to the landing, a knee that bends and straightens late."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from jaxwalk.deploy.compliant import stance
+from jaxwalk.deploy.kinematics import Posture
+from jaxwalk.deploy.person import Person
+from jaxwalk.deploy.sensors import Estimate
+from jaxwalk.deploy.step_clock import Clock, step_length
+
+_ACCELERATION_MOST, _TIME_LEAST, _SETTLE = np.float32(400), np.float32(0.03), np.float32(10)
+_REACH_MOST = np.float32(0.9)
+
+
+def toe_off(who: Person, posture: Posture, clock: Clock, estimate: Estimate) -> bool:
+    """Whether the trailing leg still pushes."""
+    own = who.gait.compliant
+    early = clock.elapsed < own.toe_off_seconds
+    return bool(
+        early and posture.thigh[clock.swing] < 0 and estimate.joints[clock.swing, 2] > -own.push_off_ankle
+    )
+
+
+def goal(who: Person, clock: Clock, estimate: Estimate) -> np.float32:
+    """Hip angle that puts the ankle half of the step's length ahead of the hip, rad."""
+    reach = np.float32(0.5) * clock.length / (who.thigh + who.shank)
+    reach = min(max(reach, -_REACH_MOST), _REACH_MOST)
+    return np.arcsin(reach) + who.gait.compliant.swing_pitch_gain * estimate.pitch
+
+
+def proceed(who: Person, posture: Posture, clock: Clock, estimate: Estimate, timestep: np.float32) -> Clock:
+    """The clock with the swing hip's path a tick on."""
+    own, swing = who.gait.compliant, clock.swing
+    if toe_off(who, posture, clock, estimate):
+        angle, rate = estimate.joints[swing, 0], estimate.joint_rates[swing, 0]
+        return dataclasses.replace(clock, path=angle, path_rate=rate)
+    to, time = goal(who, clock, estimate), clock.duration - clock.elapsed
+    if time < _TIME_LEAST:
+        rate = _SETTLE * (to - clock.path)
+    else:
+        acceleration = 6 * (to - clock.path) / time**2 - 4 * clock.path_rate / time
+        acceleration = min(max(acceleration, -_ACCELERATION_MOST), _ACCELERATION_MOST)
+        rate = clock.path_rate + timestep * acceleration
+        rate = min(max(rate, -own.swing_rate_max), own.swing_rate_max)
+    return dataclasses.replace(clock, path=clock.path + timestep * rate, path_rate=rate)
+
+
+def torques(
+    who: Person, posture: Posture, clock: Clock, estimate: Estimate
+) -> tuple[np.float32, np.float32, np.float32]:
+    """Of hip, knee and ankle of the leg in the air, N m."""
+    own, swing = who.gait.compliant, clock.swing
+    hip, knee, ankle = estimate.joints[swing]
+    hip_rate, knee_rate, ankle_rate = estimate.joint_rates[swing]
+    if toe_off(who, posture, clock, estimate):
+        bent = own.swing_knee * own.toe_off_knee_share
+        pulled = own.swing_knee_stiffness * (bent - knee) - own.swing_knee_damping * knee_rate
+        return np.float32(0), pulled, -stance.push_off(who, estimate)
+    along = own.swing_stiffness * (clock.path - hip) + own.swing_damping * (clock.path_rate - hip_rate)
+    if clock.duration - clock.elapsed < own.landing_seconds:
+        knees = own.landing_knee_stiffness * (own.landing_knee - knee) - own.landing_knee_damping * knee_rate
+    else:
+        knees = own.swing_knee_stiffness * (own.swing_knee - knee) - own.swing_knee_damping * knee_rate
+    level = own.swing_sole - posture.shank[swing]
+    return along, knees, own.swing_ankle_stiffness * (level - ankle) - own.swing_ankle_damping * ankle_rate
+
+
+def touched_down(who: Person, posture: Posture, clock: Clock, estimate: Estimate) -> bool:
+    """Whether the foot has landed where it was sent."""
+    numbers, own = who.gait, who.gait.compliant
+    if clock.elapsed <= own.toe_off_seconds + own.passing_seconds:
+        return False
+    ahead, force = step_length(posture, clock), estimate.touch[clock.swing]
+    if np.float32(0.5) * clock.length < posture.x[clock.stance]:  # sent behind the stance foot
+        return bool(ahead < -own.back_ahead and force > own.back_force)
+    late = clock.elapsed > own.landing_share * clock.duration
+    return bool(late and ahead > numbers.touchdown_ahead and force > numbers.touchdown_force)

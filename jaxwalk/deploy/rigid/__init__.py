@@ -1,0 +1,1 @@
+"""Rigid legs: see `jaxwalk.control.rigid`."""

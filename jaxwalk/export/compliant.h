@@ -1,0 +1,145 @@
+/* compliant legs: stance */
+static inline float jaxwalk_leg_angle(const struct jaxwalk *w, float ankle) {
+    return atan2f(ankle, w->n.thigh + w->n.shank);
+}
+
+static inline float jaxwalk_capture_error(const struct jaxwalk *w) {
+    const float left = fmaxf(w->n.compliant_landing_time - w->elapsed, 0.0f), most = 2.0f * w->leg;
+    const float ahead = jaxwalk_capture_point(w) - w->x[w->stance];
+    const float grown = ahead * expf(sqrtf(JAXWALK_GRAVITY / w->leg) * left);
+    return jaxwalk_clamp(grown - w->n.compliant_landing_capture, -most, most);
+}
+
+static inline float jaxwalk_stance_hip(const struct jaxwalk *w, float error) {
+    const float speed = fmaxf(w->now.velocity - w->n.torso * w->now.pitch_rate, w->n.compliant_hip_speed_min);
+    const float turning =
+        speed / ((w->n.thigh + w->n.shank) * cosf(jaxwalk_leg_angle(w, w->x[w->stance])));
+    const float off = w->now.pitch - w->n.compliant_pitch_offset - w->n.compliant_pitch_capture_gain * error;
+    const float rate = jaxwalk_clamp(-turning * off / w->n.compliant_pitch_nominal, -w->n.compliant_hip_rate_max,
+                                     w->n.compliant_hip_rate_max);
+    return w->n.compliant_hip_damping * (rate - w->now.rates[w->stance][0]);
+}
+
+static inline float jaxwalk_stance_knee(const struct jaxwalk *w) {
+    const float share = jaxwalk_clamp(w->elapsed / w->n.compliant_knee_seconds, 0.0f, 1.0f);
+    const float rest =
+        w->n.compliant_knee_loading + (w->n.compliant_knee_standing - w->n.compliant_knee_loading) * share;
+    return w->n.compliant_knee_stiffness * (rest - w->now.joints[w->stance][1]) -
+           w->n.compliant_knee_damping * w->now.rates[w->stance][1];
+}
+
+static inline float jaxwalk_push_off(const struct jaxwalk *w) {
+    const float lost = w->n.compliant_push_off_share * w->n.speed_desired - w->now.velocity;
+    return fmaxf(w->n.compliant_push_off_torque + w->n.compliant_push_off_gain * lost, 0.0f);
+}
+
+static inline float jaxwalk_stance_ankle(const struct jaxwalk *w, float error) {
+    const float angle = w->now.joints[w->stance][2], rate = w->now.rates[w->stance][2];
+    const float behind = -jaxwalk_leg_angle(w, w->x[w->stance]) - w->n.compliant_push_off_angle;
+    const int forward =
+        jaxwalk_capture_point(w) > w->x[w->stance] && angle > -w->n.compliant_push_off_ankle;
+    const float share = forward ? jaxwalk_clamp(behind / w->n.compliant_push_off_ramp, 0.0f, 1.0f) : 0.0f;
+    const float resting = w->n.compliant_ankle_stiffness * fminf(w->n.compliant_ankle_slack - angle, 0.0f) -
+                          w->n.compliant_ankle_capture_gain * error;
+    return resting + share * (-jaxwalk_push_off(w) - resting) - w->n.compliant_ankle_damping * rate;
+}
+
+/* compliant legs: swing */
+static inline int jaxwalk_pushes(const struct jaxwalk *w) {
+    const int swing = 1 - w->stance;
+    return w->elapsed < w->n.compliant_toe_off_seconds && w->thigh[swing] < 0.0f &&
+           w->now.joints[swing][2] > -w->n.compliant_push_off_ankle;
+}
+
+static inline void jaxwalk_swing(const struct jaxwalk *w, float *torque) {
+    const int swing = 1 - w->stance;
+    const float *angle = w->now.joints[swing], *rate = w->now.rates[swing];
+    const int limp = jaxwalk_pushes(w);
+    const float bent = limp ? w->n.compliant_swing_knee * w->n.compliant_toe_off_knee_share
+                            : w->n.compliant_swing_knee;
+    torque[0] = limp ? 0.0f
+                     : w->n.compliant_swing_stiffness * (w->path - angle[0]) +
+                           w->n.compliant_swing_damping * (w->path_rate - rate[0]);
+    if (!limp && w->duration - w->elapsed < w->n.compliant_landing_seconds)
+        torque[1] = w->n.compliant_landing_knee_stiffness * (w->n.compliant_landing_knee - angle[1]) -
+                    w->n.compliant_landing_knee_damping * rate[1];
+    else
+        torque[1] = w->n.compliant_swing_knee_stiffness * (bent - angle[1]) -
+                    w->n.compliant_swing_knee_damping * rate[1];
+    torque[2] = limp ? -jaxwalk_push_off(w)
+                     : w->n.compliant_swing_ankle_stiffness *
+                               (w->n.compliant_swing_sole - w->shank[swing] - angle[2]) -
+                           w->n.compliant_swing_ankle_damping * rate[2];
+}
+
+static inline void jaxwalk_path(struct jaxwalk *w) {
+    const int swing = 1 - w->stance;
+    const float reach = jaxwalk_clamp(0.5f * w->length / (w->n.thigh + w->n.shank), -0.9f, 0.9f);
+    const float goal = asinf(reach) + w->n.compliant_swing_pitch_gain * w->now.pitch;
+    const float left = w->duration - w->elapsed;
+    if (jaxwalk_pushes(w)) {
+        w->path = w->now.joints[swing][0];
+        w->path_rate = w->now.rates[swing][0];
+        return;
+    }
+    if (left < 0.03f) {
+        w->path_rate = 10.0f * (goal - w->path);
+    } else {
+        const float turn = 6.0f * (goal - w->path) / (left * left) - 4.0f * w->path_rate / left;
+        w->path_rate = jaxwalk_clamp(w->path_rate + JAXWALK_TIMESTEP * jaxwalk_clamp(turn, -400.0f, 400.0f),
+                                     -w->n.compliant_swing_rate_max, w->n.compliant_swing_rate_max);
+    }
+    w->path += JAXWALK_TIMESTEP * w->path_rate;
+}
+
+static inline int jaxwalk_landed(const struct jaxwalk *w) {
+    const float ahead = jaxwalk_step_length(w), force = w->now.touch[1 - w->stance];
+    if (!(w->elapsed > w->n.compliant_toe_off_seconds + w->n.compliant_passing_seconds)) return 0;
+    if (0.5f * w->length < w->x[w->stance]) /* sent behind the stance foot */
+        return ahead < -w->n.compliant_back_ahead && force > w->n.compliant_back_force;
+    return w->elapsed > w->n.compliant_landing_share * w->duration && ahead > w->n.touchdown_ahead &&
+           force > w->n.touchdown_force;
+}
+
+/* what the joints can give at the rates that they turn with */
+static inline float jaxwalk_left(const float *strength, float rate) {
+    const float c = strength[1], d = strength[2], r = fmaxf(rate, 0.0f);
+    const float share = (2.0f * c * d + r * (d - 3.0f * c)) / (2.0f * c * d + r * (2.0f * d - 4.0f * c));
+    return strength[0] * fmaxf(share, 0.0f);
+}
+
+static inline void jaxwalk_joints(const struct jaxwalk *w, float *joints) {
+    const float error = jaxwalk_capture_error(w), pace = sqrtf(w->length_ratio);
+    const float heavier = w->mass_ratio * w->length_ratio;
+    float *standing = joints + 3 * w->stance;
+    standing[0] = jaxwalk_stance_hip(w, error);
+    standing[1] = jaxwalk_stance_knee(w);
+    standing[2] = jaxwalk_stance_ankle(w, error);
+    jaxwalk_swing(w, joints + 3 * (1 - w->stance));
+    for (int leg = 0; JAXWALK_LIMITED && leg < 2; ++leg)
+        for (int k = 0; k < 3; ++k) {
+            const float rate = w->now.rates[leg][k] * pace; /* the reference body's */
+            joints[3 * leg + k] =
+                jaxwalk_clamp(joints[3 * leg + k], -heavier * jaxwalk_left(jaxwalk_strength[1][k], -rate),
+                              heavier * jaxwalk_left(jaxwalk_strength[0][k], rate));
+        }
+}
+
+/* form: as the foot `stance` lands, and after each tick, w->touchdown */
+static inline void jaxwalk_begin_step(struct jaxwalk *w) {
+    w->path = w->now.joints[1 - w->stance][0];
+    w->path_rate = w->now.rates[1 - w->stance][0];
+    w->toe_off = jaxwalk_push_off(w);
+    w->toe_off_seconds = w->n.compliant_toe_off_seconds;
+}
+
+static inline void jaxwalk_proceed(struct jaxwalk *w) {
+    w->touchdown = jaxwalk_landed(w);
+    if (w->touchdown) {
+        w->stance = 1 - w->stance;
+        w->elapsed = 0.0f;
+        jaxwalk_begin_step(w);
+    }
+    jaxwalk_path(w);
+    w->toe_off = jaxwalk_push_off(w);
+}
