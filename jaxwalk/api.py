@@ -13,7 +13,7 @@ from typing import Any, get_args
 
 from jaxwalk import deploy
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import BodyModel, Config, Engine, to_dict, validate
+from jaxwalk.config import BodyModel, Config, Engine, of_dict, to_dict, validate
 from jaxwalk.config.presets import PRESETS
 from jaxwalk.export import command as _export
 from jaxwalk.learn.policies import named
@@ -57,7 +57,7 @@ def train(config: Config, run_dir: AnyPath | None = None, *, seed: int = 0, seed
       UserError: a configuration without sense, a folder that cannot be used, a full disk or memory, or a
         training that diverges again and again.
     """
-    validate.check(validate.from_dict(Config, to_dict(config)))  # types, too
+    validate.check(of_dict(to_dict(config)))  # types, too
     checks.between("--seeds", seeds, 1, 1024, ", each a training of its own")
     for end in (seed, seed + seeds - 1):
         checks.seed(end)

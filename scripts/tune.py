@@ -47,7 +47,7 @@ LEGS: dict[str, tuple[float, float]] = {
     "swing_rate_max": (5, 12),
     "swing_knee": (0.3, 1.4), "swing_knee_stiffness": (1, 80), "swing_knee_damping": (0.5, 18),
     "landing_knee": (0.0, 0.45), "landing_knee_stiffness": (20, 400), "landing_knee_damping": (1, 30),
-    "landing_seconds": (0.03, 0.35), "swing_sole": (-0.4, 0.4),
+    "landing_seconds": (0.03, 0.35), "swing_sole": (-0.4, 0.4), "swing_ankle_most": (0.0, 0.6),
 }  # fmt: skip
 RULE: dict[str, tuple[float, float]] = {
     "length": (0.5, 0.95), "duration": (0.45, 0.85), "capture": (0.1, 0.8), "length_gain": (-1, 2),
@@ -85,11 +85,14 @@ GOALS = {
     "hip_power": Goal(1.5, 2.7),
     "pitch_range": Goal(0.05, 0.075),
     "pitch_mean": Goal(0.06, 0.11),
+    "passing_too_straight": Goal(-55.0, -40.0),
+    "standing": Goal(6.0, 18.0),
+    "dorsiflexion": Goal(12.0, 25.0),
 }
 """Measures of unpushed walking, in the units of `measures`."""
 PUSHES = {
-    30.0: 6.0, 50.0: 10.0, 70.0: 14.0, 85.0: 8.0, 95.0: 5.0,
-    -20.0: 6.0, -40.0: 10.0, -60.0: 14.0, -70.0: 8.0, -80.0: 5.0,
+    30.0: 6.0, 50.0: 10.0, 70.0: 14.0, 85.0: 10.0, 95.0: 8.0,
+    -20.0: 6.0, -40.0: 10.0, -60.0: 14.0, -70.0: 10.0, -80.0: 8.0,
 }  # fmt: skip
 """Impulses, N s, and what it costs that nobody survives one."""
 FALL = 30.0
@@ -225,6 +228,8 @@ def measures(config: Config, walked: Tried) -> dict[str, np.ndarray]:
         "pitch_range": high - low,
         "pitch_mean": np.abs(tally.pitch / seconds),
         "passing": np.degrees(done.passing),
+        "standing": np.degrees(done.standing / steps),
+        "dorsiflexion": np.degrees(done.dorsiflexion),
     }
     found = {name: np.asarray(value).mean(1) for name, value in told.items()}
     return found | {
@@ -233,6 +238,7 @@ def measures(config: Config, walked: Tried) -> dict[str, np.ndarray]:
         "knee_too_bent": found["knee"],
         "double_too_short": -found["double"],
         "step_too_short": -found["step"],
+        "passing_too_straight": -found["passing"],
     }
 
 
@@ -253,7 +259,7 @@ def costs(bench: Trials, walked: Tried, weight: float) -> tuple[np.ndarray, dict
 
 
 SHOWN = ("speed", "step", "seconds", "joint_work", "leg_work", "force", "knee", "double", "hip_moment",
-         "hip_power", "pitch_range", "pitch_mean", "passing")  # fmt: skip
+         "hip_power", "pitch_range", "pitch_mean", "passing", "standing", "dorsiflexion")  # fmt: skip
 
 
 def line(found: dict[str, np.ndarray], which: int) -> str:
@@ -264,12 +270,12 @@ def line(found: dict[str, np.ndarray], which: int) -> str:
 
 def main(args: Args) -> None:
     """Search until the time is over; write the mean that it has come to, and the way there."""
-    config = PRESETS["compliant"]
+    config = PRESETS["default"]
     bench = Trials(config, args.population)
     start = config.gait.compliant, Replan()
     if args.begin is not None:
         told = json.loads(args.begin.read_text())
-        own = {n: x for n, x in told["legs"].items() if n in LEGS}
+        own = {name: told["legs"][name] for name in LEGS if name in told["legs"]}
         start = dataclasses.replace(start[0], **own), dataclasses.replace(start[1], **told["rule"])
     bounds = np.tile([0.0, 1.0], (len(RANGES), 1))
     cma = cmaes.SepCMA(

@@ -4,8 +4,9 @@ Nothing here imports jax, so that ``jaxwalk --help`` stays fast.
 """
 
 from jaxwalk.config.compliant import CompliantConfig
+from jaxwalk.config.formats import of_dict, to_dict
 from jaxwalk.config.gait import Form, GaitConfig
-from jaxwalk.config.schema import Config, Kernels, Observable, to_dict
+from jaxwalk.config.schema import Config, Kernels, Observable
 from jaxwalk.config.training import DDPGConfig, PushConfig, RewardConfig, TaskConfig, TrainConfig
 from jaxwalk.config.walker import (
     GRAVITY,
@@ -46,5 +47,6 @@ __all__ = [
     "SensorConfig",
     "TaskConfig",
     "TrainConfig",
+    "of_dict",
     "to_dict",
 ]

@@ -9,89 +9,91 @@ from dataclasses import dataclass
 class CompliantConfig:
     """Impedances, push-off and swing. Angles: hip forward, knee flexed, ankle dorsiflexed are positive."""
 
-    hip_damping: float = 236.8
+    hip_damping: float = 152.1
     """Servo of the stance hip's rate, N m s/rad."""
-    pitch_nominal: float = 0.1418
+    pitch_nominal: float = 0.1023
     """phi0 of eq. 13: torso's pitch beyond `pitch_offset` at which the hip turns as the leg does, rad."""
-    pitch_offset: float = -0.0709
+    pitch_offset: float = -0.06079
     """Torso's pitch at which the stance hip is told to stand still, rad."""
-    pitch_capture_gain: float = 0.0
+    pitch_capture_gain: float = -0.1313
     """How much further forward the torso is to lean for each m that the capture point is too far, rad/m."""
-    hip_rate_max: float = 6.316
+    hip_rate_max: float = 6.577
     """Largest hip rate that the stance controller asks for, rad/s."""
-    hip_speed_min: float = -0.318
+    hip_speed_min: float = 0.4994
     """The stance controller never takes the hip to be slower than this, m/s."""
 
-    knee_stiffness: float = 983.0
+    knee_stiffness: float = 721.3
     """Of the stance knee, N m/rad."""
-    knee_damping: float = 56.44
+    knee_damping: float = 54.95
     """Of the stance knee, N m s/rad."""
-    knee_loading: float = 0.3964
+    knee_loading: float = 0.3445
     """Flexion about which the stance knee yields as it takes the load, rad."""
-    knee_standing: float = 0.3298
+    knee_standing: float = 0.3056
     """The same from `knee_seconds` on, rad."""
-    knee_seconds: float = 0.3368
+    knee_seconds: float = 0.3636
     """Time from touch-down in which it goes from the one to the other, s."""
 
-    ankle_stiffness: float = 378.3
+    ankle_stiffness: float = 377.0
     """Of the stance ankle beyond `ankle_slack`, N m/rad."""
-    ankle_slack: float = 0.1969
+    ankle_slack: float = 0.1775
     """Dorsiflexion from which on the stance ankle's spring acts, rad."""
-    ankle_damping: float = 6.083
+    ankle_damping: float = 12.36
     """Of the stance ankle, N m s/rad."""
-    ankle_capture_gain: float = 0.0
+    ankle_capture_gain: float = 123.5
     """Plantarflexion torque for each m that the capture point will be too far at the landing, N m/m: it moves
     the centre of pressure under it."""
 
-    push_off_angle: float = 0.2327
+    push_off_angle: float = 0.1908
     """The stance leg's angle behind the vertical at which push-off begins, rad."""
-    push_off_ramp: float = 0.1606
+    push_off_ramp: float = 0.2599
     """Angle over which it comes to its whole torque, rad."""
-    push_off_torque: float = 154.1
+    push_off_torque: float = 155.2
     """Of a walker at the speed desired, N m."""
-    push_off_gain: float = 267.6
+    push_off_gain: float = 104.9
     """Torque for each m/s that it is slower, N m s/m."""
-    push_off_ankle: float = 0.2339
+    push_off_ankle: float = 0.1338
     """Plantarflexion at which push-off ends, rad."""
     push_off_share: float = 1.05
     """Share of the speed desired at which push-off is `push_off_torque`."""
-    toe_off_seconds: float = 0.0618
+    toe_off_seconds: float = 0.1236
     """Time after the other foot's touch-down in which the trailing leg still pushes, its hip limp, s."""
 
-    swing_stiffness: float = 221.5
+    swing_stiffness: float = 463.2
     """Of the swing hip about its path, N m/rad."""
-    swing_damping: float = 116.4
+    swing_damping: float = 99.12
     """Of the swing hip about its path's rate, N m s/rad."""
-    swing_pitch_gain: float = 1.293
+    swing_pitch_gain: float = 1.031
     """Share of the torso's pitch added to the swing hip's target (1: the thigh's angle to the vertical)."""
-    swing_rate_max: float = 9.0
+    swing_rate_max: float = 11.58
     """Largest rate of the swing hip's path, rad/s."""
-    swing_knee: float = 0.6948
+    swing_knee: float = 0.7987
     """Flexion of the swing knee while the foot passes, rad."""
-    swing_knee_stiffness: float = 3.308
+    swing_knee_stiffness: float = 25.84
     """Its stiffness, N m/rad."""
-    swing_knee_damping: float = 11.07
+    swing_knee_damping: float = 5.691
     """Its damping, N m s/rad."""
     toe_off_knee_share: float = 0.3
     """Share of `swing_knee` that the trailing knee is pulled to while it pushes."""
-    landing_knee: float = 0.2938
+    landing_knee: float = 0.2993
     """Flexion with which the swing leg lands, rad."""
-    landing_knee_stiffness: float = 194.7
+    landing_knee_stiffness: float = 347.5
     """Its stiffness, N m/rad."""
-    landing_knee_damping: float = 12.63
+    landing_knee_damping: float = 17.69
     """Its damping, N m s/rad."""
-    landing_seconds: float = 0.0733
+    landing_seconds: float = 0.07041
     """Time before the landing in which the knee straightens, s."""
-    swing_sole: float = -0.1537
+    swing_sole: float = -0.1207
     """Angle of the swing foot's sole to the floor, toes up positive, rad."""
+    swing_ankle_most: float = 0.3
+    """Largest dorsiflexion that it is turned to for that, rad."""
     swing_ankle_stiffness: float = 77.0
     """Of the ankle in the air, N m/rad."""
     swing_ankle_damping: float = 1.5
     """Of the ankle in the air, N m s/rad."""
 
-    landing_time: float = 0.6833
+    landing_time: float = 0.5427
     """Time of a step at which the error of the capture point is told, s: that of steady walking."""
-    landing_capture: float = 0.4121
+    landing_capture: float = 0.5531
     """How far ahead of the stance ankle the capture point then is in steady walking, m."""
     landing_share: float = 0.55
     """Share of the step's time before which a contact ahead is no touch-down."""

@@ -15,24 +15,24 @@ Form = Literal["rigid", "compliant"]
 class GaitConfig:
     """The low-level controllers. Lengths, times, rates and torques are the reference body's."""
 
-    form: Form = "rigid"
+    form: Form = "compliant"
     """rigid: as the paper's, by servos. compliant: impedances and push-off, by torques (``compliant``)."""
     compliant: CompliantConfig = field(default_factory=CompliantConfig)
     """The numbers of the latter."""
     speed_desired: float = 1.0
     """Forward speed that is aimed at, v_desire, m/s (not scaled with the body)."""
-    length_nominal: float = 0.633
-    """Commanded step length before learning, m: the height-to-stride-length ratio (Boulic et al.)."""
-    duration_nominal: float = 0.12
-    """Commanded early-swing duration before learning, s."""
-    length_min: float = 0.45
-    """Shortest step that can be commanded, m."""
+    length_nominal: float = 0.8223
+    """Commanded step length before learning, m."""
+    duration_nominal: float = 0.5427
+    """Commanded duration before learning, s: of the whole step (compliant), or of early swing (rigid)."""
+    length_min: float = -0.7
+    """Shortest step that can be commanded, m; a negative one is a step back (compliant)."""
     length_max: float = 0.95
     """Longest step that can be commanded, m."""
-    duration_min: float = 0.05
-    """Shortest early swing that can be commanded, s."""
-    duration_max: float = 0.2
-    """Longest early swing that can be commanded, s."""
+    duration_min: float = 0.15
+    """Shortest duration that can be commanded, s."""
+    duration_max: float = 1.2
+    """Longest duration that can be commanded, s."""
 
     pitch_nominal: float = 0.0765
     """phi0 of eq. 13: the pitch at which the stance hip turns as fast as the stance leg, rad."""

@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Literal
 
 from jaxwalk.common import runtime
-from jaxwalk.config.gait import GaitConfig
+from jaxwalk.config.formats import of_dict
 from jaxwalk.config.schema import Config
-from jaxwalk.config.training import DDPGConfig, RewardConfig, TaskConfig, TrainConfig
-from jaxwalk.config.walker import BodyConfig, PhysicsConfig
+from jaxwalk.config.training import DDPGConfig, RewardConfig, TrainConfig
+from jaxwalk.config.walker import BodyConfig
 
-PresetName = Literal["default", "gpu", "quick", "paper", "smoke", "compliant"]
+PresetName = Literal["default", "gpu", "quick", "paper", "smoke", "rigid"]
+
+# The walk of before: stiff legs, servos, one decision a step.
+_RIGID = of_dict({"format": 1})
 
 # Liu et al.'s constants; docs/paper-preset.md tells of each where it comes from. The paper walks one
 # walker at a time and leaves open how fast the targets follow and how often the learner updates:
 # Lillicrap et al.'s DDPG fills these in. The number of walkers stays ours, for time's sake.
-_PAPER = Config(
+_PAPER = dataclasses.replace(
+    _RIGID,
     body=BodyConfig(table="box"),
     # A PID that is computed once a tick needs the shorter one, which is Gazebo's own.
-    physics=PhysicsConfig(drives="gazebo", timestep=0.001),
+    physics=dataclasses.replace(_RIGID.physics, drives="gazebo", timestep=0.001),
     ddpg=DDPGConfig(
         hidden=(400, 300),
         actor_lr=1e-8,
@@ -37,7 +42,8 @@ _PAPER = Config(
         normalize_observations=False,
         twin=False,
     ),
-    gait=GaitConfig(
+    gait=dataclasses.replace(
+        _RIGID.gait,
         pitch_nominal=0.02,  # phi0, printed
         toe_off_form="paper",
         toe_off_latched=True,
@@ -101,22 +107,6 @@ _SMOKE = Config(
 )
 
 
-_COMPLIANT = Config(
-    physics=PhysicsConfig(drives="torque", actuators="person", heel_timeconst=0.03, contact_timeconst=0.015),
-    gait=GaitConfig(
-        form="compliant",
-        length_nominal=0.8855,
-        duration_nominal=0.6833,
-        length_min=-0.7,
-        length_max=0.95,
-        duration_min=0.15,
-        duration_max=1.2,
-    ),
-    task=TaskConfig(replan=1),
-    observation=("speed", "speed_desired", "pitch", "elapsed", "capture_ahead", "swing_ahead"),
-)
-
-
 def of_machine() -> PresetName:
     """The preset for what JAX finds here."""
     return "gpu" if runtime.has_accelerator() else "default"
@@ -124,5 +114,5 @@ def of_machine() -> PresetName:
 
 PRESETS: dict[str, Config] = {
     "default": Config(), "gpu": _GPU, "quick": _QUICK, "paper": _PAPER, "smoke": _SMOKE,
-    "compliant": _COMPLIANT,
+    "rigid": _RIGID,
 }  # fmt: skip

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -32,12 +31,9 @@ class Config:
     reward: RewardConfig = field(default_factory=RewardConfig)
     ddpg: DDPGConfig = field(default_factory=DDPGConfig)
     train: TrainConfig = field(default_factory=TrainConfig)
-    observation: tuple[Observable, ...] = ("speed", "pitch", "zmp", "step_length", "pitch_rate")
-    """What the policy is told at touch-down: the paper's state and the rate of its pitch."""
+    observation: tuple[Observable, ...] = (
+        "speed", "speed_desired", "pitch", "elapsed", "capture_ahead", "swing_ahead",
+    )  # fmt: skip
+    """What the policy is told when it is asked."""
     kernels: Kernels = "auto"
     """auto: native code on a CPU and kernels on a GPU, where they can be made. off: XLA's own programs."""
-
-
-def to_dict(config: Config) -> dict:
-    """The configuration as plain JSON values."""
-    return dataclasses.asdict(config)

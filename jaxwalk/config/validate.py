@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from jaxwalk.common.errors import UserError
+from jaxwalk.config.compliant import CompliantConfig
 from jaxwalk.config.schema import Config
 from jaxwalk.config.walker import BodyConfig, PidConfig
 
@@ -74,7 +75,8 @@ def _decode(kind: Any, value: Any, where: str) -> Any:
 
 # Fields by the sense their values must have. Bodies are `person`'s to judge.
 _POSITIVE = """
-    physics.timestep physics.iterations physics.ls_iterations physics.contact_timeconst physics.friction
+    physics.timestep physics.iterations physics.ls_iterations physics.contact_timeconst physics.heel_timeconst
+    physics.friction
     sensors.mean_window gait.speed_desired gait.pitch_nominal
     gait.toe_off_full gait.toe_off_duration_min gait.stall_seconds gait.fall_height gait.fall_pitch
     physics.hip_gain physics.hip_limit physics.knee_stiffness physics.knee_damping physics.knee_limit
@@ -90,12 +92,18 @@ _NOT_NEGATIVE = """
     pushes.impulse_forward pushes.impulse_backward pushes.height_spread ddpg.warmup
     ddpg.critic_head_start
     ddpg.updates_per_footstep ddpg.noise_start ddpg.noise_end ddpg.weight_decay ddpg.max_grad_norm
-    ddpg.target_noise ddpg.target_noise_clip train.checkpoint_seconds train.divergence_limit
+    ddpg.target_noise ddpg.target_noise_clip train.checkpoint_seconds train.divergence_limit task.replan
 """.split()
 _NOT_NEGATIVE += [
     f"physics.gazebo.{joint}.{gain.name}"
     for joint in ("hip", "knee", "ankle", "abduction")
     for gain in dataclasses.fields(PidConfig)
+]
+_POSITIVE += [f"gait.compliant.{name}" for name in ("pitch_nominal", "knee_seconds", "push_off_ramp")]
+_NOT_NEGATIVE += [
+    f"gait.compliant.{field.name}"
+    for field in dataclasses.fields(CompliantConfig)
+    if field.name.endswith(("_stiffness", "_damping", "_seconds", "_max"))
 ]
 _BELOW_ONE = ["ddpg.gamma", "pushes.impulse_least", "train.height_spread", "train.mass_spread"]  # 0 <= x < 1
 
@@ -137,10 +145,16 @@ def check(config: Config) -> None:
         f"at most --ddpg.replay-capacity, {ddpg.replay_capacity}",
     )
     _require(
-        0 < gait.length_min < gait.length_nominal < gait.length_max,
+        gait.length_min < gait.length_nominal < gait.length_max and gait.length_nominal > 0,
         "gait.length-nominal",
         gait.length_nominal,
-        "0 < length-min < length-nominal < length-max",
+        "length-min < length-nominal < length-max, and above 0",
+    )
+    _require(
+        gait.length_min > 0 or gait.form == "compliant",
+        "gait.length-min",
+        gait.length_min,
+        "a number above 0: rigid legs are not told to step back",
     )
     _require(
         0 < gait.duration_min < gait.duration_nominal < gait.duration_max,
@@ -166,6 +180,34 @@ def check(config: Config) -> None:
         "physics.drives",
         physics.drives,
         "servo, or --gait.toe-off-latched too: an effort is set once",
+    )
+    compliant = gait.form == "compliant"
+    _require(
+        (physics.drives == "torque") == compliant,
+        "physics.drives",
+        physics.drives,
+        "torque for compliant legs, servo or gazebo for rigid ones (--gait.form)",
+    )
+    _require(
+        compliant or physics.actuators == "unlimited",
+        "physics.actuators",
+        physics.actuators,
+        "unlimited: rigid legs are moved by servos, whose limits are --physics.hip-limit and its like",
+    )
+    _require(
+        physics.heel_timeconst >= 2 * physics.timestep,
+        "physics.heel-timeconst",
+        physics.heel_timeconst,
+        f"at least two time steps, {2 * physics.timestep:g} s",
+    )
+    again = config.task.replan * config.train.window_ticks * physics.timestep
+    _require(
+        again == 0 or (compliant and again < gait.duration_nominal),
+        "task.replan",
+        config.task.replan,
+        f"windows that are over before the nominal step is, {gait.duration_nominal:g} s"
+        if compliant
+        else "0: rigid legs settle their step at touch-down",
     )
     distinct = bool(config.observation) and len(set(config.observation)) == len(config.observation)
     _require(distinct, "observation", config.observation, "one quantity or more, each once")

@@ -91,9 +91,9 @@ class PhysicsConfig:
     """Line-search iterations of MuJoCo's own solver, at most (ours searches exactly)."""
     tolerance: float = 1e-6
     """MuJoCo's own solver stops early when its scaled improvement falls below this."""
-    contact_timeconst: float = 0.006
+    contact_timeconst: float = 0.015
     """Time constant of contacts (MuJoCo solref[0]), s; at least two ticks."""
-    heel_timeconst: float = 0.006
+    heel_timeconst: float = 0.03
     """The same under the heel, s: people's heel pad and shoe take up most of a landing."""
     friction: float = 0.9
     """Sliding friction between sole and floor."""
@@ -117,9 +117,9 @@ class PhysicsConfig:
     """walls: the same, to the integral of its rate, N m/rad."""
     abduction_limit: float = 200.0
     """walls: largest abduction torque, N m."""
-    drives: Drive = "servo"
+    drives: Drive = "torque"
     """What moves the joints: servos within the solver, Gazebo's PIDs and timed efforts, or torques."""
-    actuators: Actuators = "unlimited"
+    actuators: Actuators = "person"
     """torque: the strength that the joints have at each rate. unlimited: the limits above alone."""
     gazebo: GazeboConfig = field(default_factory=GazeboConfig)
     """The gains of the latter."""

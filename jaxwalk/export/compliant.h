@@ -68,7 +68,8 @@ static inline void jaxwalk_swing(const struct jaxwalk *w, float *torque) {
                     w->n.compliant_swing_knee_damping * rate[1];
     torque[2] = limp ? -jaxwalk_push_off(w)
                      : w->n.compliant_swing_ankle_stiffness *
-                               (w->n.compliant_swing_sole - w->shank[swing] - angle[2]) -
+                               (fminf(w->n.compliant_swing_sole - w->shank[swing],
+                                      w->n.compliant_swing_ankle_most) - angle[2]) -
                            w->n.compliant_swing_ankle_damping * rate[2];
 }
 

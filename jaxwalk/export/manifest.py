@@ -54,7 +54,7 @@ _UNITS = {
 }
 _COMPLIANT_UNITS = {
     "rad": "pitch_nominal pitch_offset knee_loading knee_standing ankle_slack push_off_angle push_off_ramp "
-    "push_off_ankle swing_knee landing_knee swing_sole",
+    "push_off_ankle swing_knee landing_knee swing_sole swing_ankle_most",
     "rad/s": "hip_rate_max swing_rate_max",
     "rad/m": "pitch_capture_gain",
     "m": "landing_capture back_ahead",

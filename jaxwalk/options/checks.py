@@ -10,7 +10,7 @@ from jaxwalk.common.errors import UserError
 from jaxwalk.config import REFERENCE_HEIGHT, REFERENCE_MASS, BodyConfig, validate
 
 _REPLAYED = 12  # a page stays below a megabyte
-BUILT_IN = ("shipped", "fixed", "constant", "raibert", "capture-point")
+BUILT_IN = ("shipped", "shipped-rigid", "fixed", "constant", "raibert", "capture-point", "replan")
 
 
 def policy(name: str) -> None:

@@ -39,8 +39,10 @@ class Window(struct.PyTreeNode):
 
 
 def shortest_toe_off(numbers: GaitConfig, ratio: float) -> float:
-    """The shortest toe-off, s, of a body of ``ratio`` times the reference body's stature."""
-    return numbers.toe_off_duration_min * ratio**0.5
+    """The shortest time, s, in which an answer is awaited, of a body of ``ratio`` times the reference body's
+    stature: rigid legs' toe-off; the shortest step of compliant ones, which can be changed at any time."""
+    shortest = numbers.toe_off_duration_min if numbers.form == "rigid" else numbers.duration_min
+    return shortest * ratio**0.5
 
 
 def check(config: Config) -> None:

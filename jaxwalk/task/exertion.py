@@ -28,7 +28,9 @@ class Exertion(struct.PyTreeNode):
       hip_moment: largest, N m. hip_power: largest, W.
       pitch_high, pitch_low: of the torso, rad.
       loading: sum over steps of the largest flexion of the stance knee as it takes the load, rad.
-      loading_now: of the step under way. passing: largest flexion of a swinging knee, rad.
+      loading_now: of the step under way.
+      standing, standing_now: the same of its smallest flexion.
+      passing: largest flexion of a swinging knee, rad. dorsiflexion: of a swinging ankle, rad.
       double: time on both feet, s.
     """
 
@@ -41,7 +43,10 @@ class Exertion(struct.PyTreeNode):
     pitch_low: Float[Array, ""]
     loading: Float[Array, ""]
     loading_now: Float[Array, ""]
+    standing: Float[Array, ""]
+    standing_now: Float[Array, ""]
     passing: Float[Array, ""]
+    dorsiflexion: Float[Array, ""]
     double: Float[Array, ""]
 
 
@@ -55,7 +60,7 @@ class Tried(struct.PyTreeNode):
 def begin(trial: Trial) -> Tried:
     """Nothing counted yet."""
     zero, high = jnp.zeros(()), jnp.float32(jnp.inf)
-    none = Exertion(zero, zero, zero, zero, zero, -high, high, zero, zero, zero, zero)
+    none = Exertion(zero, zero, zero, zero, zero, -high, high, *(zero,) * 7)
     return Tried(trial, none)
 
 
@@ -100,6 +105,9 @@ def _count(task: Task, sums: Exertion, trial: Trial, torque: Float[Array, "6"]) 
         pitch_low=jnp.where(counts > 0, jnp.minimum(sums.pitch_low, pitch), sums.pitch_low),
         loading=sums.loading + jnp.where(landed, counts * sums.loading_now, 0.0),
         loading_now=now,
+        standing=sums.standing + jnp.where(landed, counts * sums.standing_now, 0.0),
+        standing_now=jnp.where(landed, knee, jnp.minimum(sums.standing_now, knee)),
         passing=most(sums.passing, estimate.joints[1 - body.gait.stance, 1]),
+        dorsiflexion=most(sums.dorsiflexion, estimate.joints[1 - body.gait.stance, 2]),
         double=sums.double + counts * dt * both,
     )

@@ -8,6 +8,7 @@ by the score that settles between a run's best policies.
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -145,35 +146,35 @@ class Replan:
     it lies behind the stance foot the body falls backward: the swing foot is sent behind it.
     """
 
-    length: Number = 0.8855
+    length: Number = 0.8223
     """Commanded step length of undisturbed walking, m."""
-    duration: Number = 0.6833
+    duration: Number = 0.5427
     """Time of an undisturbed step, s."""
-    capture: Number = 0.4121
+    capture: Number = 0.5531
     """Where the capture point is ahead of the stance ankle when an undisturbed step ends, m."""
-    length_gain: Number = -0.0064
+    length_gain: Number = -0.01654
     """Length for each m that it will be further ahead."""
-    pitch_gain: Number = 1.9109
+    pitch_gain: Number = 1.077
     """Length for each rad that the torso leans forward, m/rad."""
-    duration_gain: Number = 0.4541
+    duration_gain: Number = 0.3646
     """Time by which the step is shorter for each m, s/m."""
     length_least: Number = 0.15
     """Shortest step ahead, m."""
-    duration_least: Number = 0.3133
+    duration_least: Number = 0.3092
     """Shortest step, s."""
     duration_most: Number = 0.7
     """Longest step, s."""
-    back_margin: Number = 0.0135
+    back_margin: Number = 0.0604
     """How far behind the stance ankle the capture point makes the walker step back, m."""
-    back_reach: Number = 0.0385
+    back_reach: Number = -0.05565
     """How far behind `back_gain` times the capture point the foot is put then, m."""
-    back_gain: Number = 1.2505
+    back_gain: Number = 0.2583
     """Share of the capture point's way from the hip."""
-    back_least: Number = 0.12
+    back_least: Number = 0.2395
     """How far behind the stance ankle it is put at least, m."""
     back_speed: Number = 3.0
     """How fast the foot goes there, m/s."""
-    back_time: Number = 0.23
+    back_time: Number = 0.2958
     """Longest time that is left for it, s."""
     torso: Number = 0.3155
     """Hip to the torso's centre, m."""
@@ -205,7 +206,20 @@ class Replan:
 
 Rule = Constant | Raibert | CapturePoint | Replan
 
-RULES: dict[str, Rule] = {"constant": Constant(), "raibert": Raibert(), "capture-point": CapturePoint()}
+RULES: dict[str, Rule] = {
+    "constant": Constant(),
+    "raibert": Raibert(),
+    "capture-point": CapturePoint(),
+    "replan": Replan(),
+}
+"""On compliant legs."""
+
+
+def configured(config: Config, rule: Rule) -> Config:
+    """``config`` with what ``rule`` is told, and when: at each touch-down, or at the end of each window."""
+    again = isinstance(rule, Replan)
+    task = dataclasses.replace(config.task, replan=int(again))
+    return dataclasses.replace(config, observation=REPLANNED if again else OBSERVATION, task=task)
 
 
 def strong(tree: T) -> T:

@@ -8,7 +8,7 @@ from typing import Literal
 import pytest
 
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import Config, DDPGConfig, to_dict, validate
+from jaxwalk.config import Config, DDPGConfig, of_dict, to_dict, validate
 from jaxwalk.config.presets import PRESETS
 
 
@@ -16,7 +16,7 @@ from jaxwalk.config.presets import PRESETS
 def test_presets_are_sound_and_survive_json(name):
     config = PRESETS[name]
     validate.check(config)
-    assert validate.from_dict(Config, json.loads(json.dumps(to_dict(config)))) == config
+    assert of_dict(json.loads(json.dumps(to_dict(config)))) == config
 
 
 def test_the_paper_preset_holds_the_papers_constants():
@@ -29,12 +29,12 @@ def test_the_paper_preset_holds_the_papers_constants():
 
 
 def test_missing_fields_take_their_defaults():
-    config = validate.from_dict(Config, {"ddpg": {"gamma": 0.5}})
+    config = of_dict({"ddpg": {"gamma": 0.5}})
     assert config == Config(ddpg=DDPGConfig(gamma=0.5))
 
 
 def test_whole_numbers_serve_as_floats():
-    height = validate.from_dict(Config, {"body": {"height": 2}}).body.height
+    height = of_dict({"body": {"height": 2}}).body.height
     assert (height, type(height)) == (2.0, float)
 
 
@@ -57,7 +57,7 @@ def test_whole_numbers_serve_as_floats():
 )
 def test_a_wrong_value_is_named(data, says):
     with pytest.raises(UserError) as caught:
-        validate.from_dict(Config, data)
+        of_dict(data)
     for part in says:
         assert part in str(caught.value)
 

@@ -73,7 +73,7 @@ def torques(
     bent = own.swing_knee * jnp.where(limp, own.toe_off_knee_share, 1.0)
     passing = own.swing_knee_stiffness * (bent - knee) - own.swing_knee_damping * knee_rate
     straight = own.landing_knee_stiffness * (own.landing_knee - knee) - own.landing_knee_damping * knee_rate
-    level = own.swing_sole - where.shank[swing]
+    level = jnp.minimum(own.swing_sole - where.shank[swing], own.swing_ankle_most)
     held = own.swing_ankle_stiffness * (level - ankle) - own.swing_ankle_damping * ankle_rate
     return jnp.stack(
         [

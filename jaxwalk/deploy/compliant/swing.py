@@ -65,7 +65,7 @@ def torques(
         knees = own.landing_knee_stiffness * (own.landing_knee - knee) - own.landing_knee_damping * knee_rate
     else:
         knees = own.swing_knee_stiffness * (own.swing_knee - knee) - own.swing_knee_damping * knee_rate
-    level = own.swing_sole - posture.shank[swing]
+    level = min(own.swing_sole - posture.shank[swing], own.swing_ankle_most)
     return along, knees, own.swing_ankle_stiffness * (level - ankle) - own.swing_ankle_damping * ankle_rate
 
 

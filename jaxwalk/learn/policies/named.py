@@ -17,12 +17,14 @@ from jaxtyping import Array, Float
 
 from jaxwalk.common import resources, untrusted
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import REFERENCE_HEIGHT, BodyModel, Config, validate
+from jaxwalk.config import REFERENCE_HEIGHT, BodyModel, Config, of_dict, validate
 from jaxwalk.learn.policies import policy
 from jaxwalk.learn.runs import run_folder
 from jaxwalk.task import collect, rules
 
 SHIPPED, FIXED = "shipped", "fixed"
+KEPT = (SHIPPED, "shipped-rigid")
+"""Policies that come with the package: the best, and the best on rigid legs, until format 1."""
 
 
 @dataclass(frozen=True)
@@ -72,8 +74,7 @@ def load(
         config = _changed(Config(), speed, height, mass, noise, model)
         return Subject(name, config, rules.nominal(config), rules.never_adapted)
     if name in rules.RULES:
-        seen = dataclasses.replace(Config(), observation=rules.OBSERVATION)
-        config = _changed(seen, speed, height, mass, noise, model)
+        config = _changed(rules.configured(Config(), rules.RULES[name]), speed, height, mass, noise, model)
         rule = rules.strong(rules.RULES[name])
         return Subject(name, config, (rule, rules.reference(config.gait)), rules.act)
     path = file(name)
@@ -99,7 +100,7 @@ def configured(path: Path, loaded: policy.Policy) -> Config:
       UserError: it is not one that this version can run.
     """
     try:
-        trained = validate.from_dict(Config, untrusted.parse(loaded.metadata.config))
+        trained = of_dict(untrusted.parse(loaded.metadata.config))
         return _changed(trained, None, None, None, None, None)
     except (UserError, untrusted.Bad, ArithmeticError) as error:
         raise UserError(f"policy {path}: its configuration does not fit this version ({error})") from None
@@ -116,8 +117,8 @@ def origin(name: str) -> policy.Metadata | None:
 
 def file(name: str) -> Path:
     """Where the trained policy called ``name`` lies."""
-    if name == SHIPPED:
-        return resources.model_path("shipped.safetensors")
+    if name in KEPT:
+        return resources.model_path(f"{name}.safetensors")
     path = Path(name)
     return path / run_folder.POLICY if os.path.isdir(path) else path
 

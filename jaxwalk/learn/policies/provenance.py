@@ -10,7 +10,7 @@ from typing import Any
 
 from jaxwalk.common import runtime, untrusted
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import Config, to_dict, validate
+from jaxwalk.config import Config, of_dict, to_dict
 from jaxwalk.learn.policies.named import Subject
 from jaxwalk.task import backend
 
@@ -65,7 +65,7 @@ def is_of(told: Mapping[str, Any], subject: Subject) -> bool:
     A field that is younger than ``told`` had its default then.
     """
     try:
-        config = validate.from_dict(Config, told["config"])
+        config = of_dict(told["config"])
     except (UserError, KeyError, TypeError):
         return False
     return told.get("policy_digest") == subject.digest and config == subject.config

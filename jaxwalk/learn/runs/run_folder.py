@@ -25,7 +25,7 @@ from typing import Any
 from jaxwalk.common import runtime, untrusted
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.files import to_json, write_json
-from jaxwalk.config import Config, to_dict, validate
+from jaxwalk.config import Config, of_dict, to_dict, validate
 
 CONFIG, METRICS, SUMMARY = "config.json", "metrics.jsonl", "summary.json"
 POLICY, CHECKPOINTS, PICTURE = "policy.safetensors", "checkpoints", "training.png"
@@ -271,7 +271,7 @@ def load_config(path: Path) -> Config:
     """
     record = load_record(path)
     try:
-        config = validate.from_dict(Config, record["config"])
+        config = of_dict(record["config"])
         validate.check(config)
         return config
     except UserError as error:

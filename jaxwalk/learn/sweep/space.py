@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import Config, to_dict, validate
+from jaxwalk.config import Config, of_dict, to_dict, validate
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def changed(config: Config, values: Mapping[str, float | int | str]) -> Config:
         for step in path:
             part = part[step]
         part[last] = _value(kinds[name], value) if isinstance(value, str) else value
-    return validate.from_dict(Config, tree)
+    return of_dict(tree)
 
 
 def without_password(text: str) -> str:
