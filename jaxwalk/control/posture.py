@@ -19,23 +19,25 @@ class Posture(struct.PyTreeNode):
 
     Attributes:
       thigh, shank: [2] from the vertical, forward positive, rad.
-      ankle: [2] ahead of the hip, m.
+      ankle, drop: [2] of the ankles, ahead of the hip and below it, m.
       capture: the capture point ahead of the hip, m.
     """
 
     thigh: Float[Array, "2"]
     shank: Float[Array, "2"]
     ankle: Float[Array, "2"]
+    drop: Float[Array, "2"]
     capture: Float[Array, ""]
 
 
 def of(body: Skeleton, estimate: Estimate) -> Posture:
     """The posture that ``estimate`` tells of."""
-    ahead, _ = ankles(body, estimate.joints, estimate.pitch)
+    ahead, up = ankles(body, estimate.joints, estimate.pitch)
     return Posture(
         thigh=thigh_angles(estimate.joints, estimate.pitch),
         shank=shank_angles(estimate.joints, estimate.pitch),
         ankle=ahead,
+        drop=-up,
         capture=capture_point(body, estimate),
     )
 

@@ -1,8 +1,4 @@
 /* compliant legs: stance */
-static inline float jaxwalk_leg_angle(const struct jaxwalk *w, float ankle) {
-    return atan2f(ankle, w->n.thigh + w->n.shank);
-}
-
 static inline float jaxwalk_capture_error(const struct jaxwalk *w) {
     const float left = fmaxf(w->n.compliant_landing_time - w->elapsed, 0.0f), most = 2.0f * w->leg;
     const float ahead = jaxwalk_capture_point(w) - w->x[w->stance];
@@ -12,8 +8,7 @@ static inline float jaxwalk_capture_error(const struct jaxwalk *w) {
 
 static inline float jaxwalk_stance_hip(const struct jaxwalk *w, float error) {
     const float speed = fmaxf(w->now.velocity - w->n.torso * w->now.pitch_rate, w->n.compliant_hip_speed_min);
-    const float turning =
-        speed / ((w->n.thigh + w->n.shank) * cosf(jaxwalk_leg_angle(w, w->x[w->stance])));
+    const float turning = speed / -w->z[w->stance];
     const float off = w->now.pitch - w->n.compliant_pitch_offset - w->n.compliant_pitch_capture_gain * error;
     const float rate = jaxwalk_clamp(-turning * off / w->n.compliant_pitch_nominal, -w->n.compliant_hip_rate_max,
                                      w->n.compliant_hip_rate_max);
@@ -35,7 +30,7 @@ static inline float jaxwalk_push_off(const struct jaxwalk *w) {
 
 static inline float jaxwalk_stance_ankle(const struct jaxwalk *w, float error) {
     const float angle = w->now.joints[w->stance][2], rate = w->now.rates[w->stance][2];
-    const float behind = -jaxwalk_leg_angle(w, w->x[w->stance]) - w->n.compliant_push_off_angle;
+    const float behind = atan2f(-w->x[w->stance], -w->z[w->stance]) - w->n.compliant_push_off_angle;
     const int forward =
         jaxwalk_capture_point(w) > w->x[w->stance] && angle > -w->n.compliant_push_off_ankle;
     const float share = forward ? jaxwalk_clamp(behind / w->n.compliant_push_off_ramp, 0.0f, 1.0f) : 0.0f;
@@ -77,19 +72,15 @@ static inline void jaxwalk_path(struct jaxwalk *w) {
     const int swing = 1 - w->stance;
     const float reach = jaxwalk_clamp(0.5f * w->length / (w->n.thigh + w->n.shank), -0.9f, 0.9f);
     const float goal = asinf(reach) + w->n.compliant_swing_pitch_gain * w->now.pitch;
-    const float left = w->duration - w->elapsed;
+    const float left = fmaxf(w->duration - w->elapsed, 0.03f);
+    const float turn = 6.0f * (goal - w->path) / (left * left) - 4.0f * w->path_rate / left;
     if (jaxwalk_pushes(w)) {
         w->path = w->now.joints[swing][0];
         w->path_rate = w->now.rates[swing][0];
         return;
     }
-    if (left < 0.03f) {
-        w->path_rate = 10.0f * (goal - w->path);
-    } else {
-        const float turn = 6.0f * (goal - w->path) / (left * left) - 4.0f * w->path_rate / left;
-        w->path_rate = jaxwalk_clamp(w->path_rate + JAXWALK_TIMESTEP * jaxwalk_clamp(turn, -400.0f, 400.0f),
-                                     -w->n.compliant_swing_rate_max, w->n.compliant_swing_rate_max);
-    }
+    w->path_rate = jaxwalk_clamp(w->path_rate + JAXWALK_TIMESTEP * jaxwalk_clamp(turn, -400.0f, 400.0f),
+                                 -w->n.compliant_swing_rate_max, w->n.compliant_swing_rate_max);
     w->path += JAXWALK_TIMESTEP * w->path_rate;
 }
 

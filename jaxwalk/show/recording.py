@@ -16,7 +16,7 @@ from jaxtyping import Array, Bool, Float, Int
 from jaxwalk.control import walker
 from jaxwalk.learn.policies.named import Subject
 from jaxwalk.model import pushes
-from jaxwalk.task import rollout, stepper
+from jaxwalk.task import rollout, scenarios, stepper
 from jaxwalk.task.stepper import Stepper, Task
 
 SEGMENT = 50  # decision windows in one call of the compiled program, whatever the seconds asked for
@@ -137,7 +137,7 @@ class Loop:
 
     def start(self, seed: int) -> Stepper:
         """A walker that has just landed; ``seed`` is of its start and its noise."""
-        return self._start(*self._person, jax.random.key(seed))
+        return self._start(*self._person, scenarios.root(seed, scenarios.RECORDED))
 
     def pushed(self, state: Stepper, shove: Shove) -> Stepper:
         """``state``, to be pushed when its life comes to ``shove.time``."""

@@ -20,6 +20,7 @@ from jaxwalk.control.person import Person
 from jaxwalk.deploy import Sensors
 from jaxwalk.model import anthropometry, c_mujoco, physics
 from jaxwalk.model.engine import Setup
+from jaxwalk.task import scenarios
 
 
 @runtime_checkable
@@ -124,7 +125,7 @@ def walk(
       tell: called before each tick.
       keep: what happened, tick by tick, too.
     """
-    begun = jax.device_get(start(config, jax.random.key(seed)).replace(key=None))
+    begun = jax.device_get(start(config, scenarios.root(seed, scenarios.DEPLOYED)).replace(key=None))
     # What the command is for.
     drives = "servo" if config.gait.form == "rigid" else "torque"
     moved_by = dataclasses.replace(config.physics, drives=drives)

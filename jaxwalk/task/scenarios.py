@@ -12,8 +12,8 @@ from jaxwalk.config import Config
 from jaxwalk.model import pushes
 from jaxwalk.model.burdens import Burden
 
-# What keys are for, beside training, whose keys are of purpose 0.
-ASSESS, CALM, PUSHED, TUNE, FINALS = 1, 2, 3, 4, 5
+# What keys are for.
+TRAINING, ASSESS, CALM, PUSHED, TUNE, FINALS, RECORDED, DEPLOYED = range(8)
 
 
 class Scenario(struct.PyTreeNode):
@@ -84,7 +84,15 @@ def batch(
     )
 
 
+def root(seed: int, purpose: int) -> PRNGKeyArray:
+    """The key that all of a purpose come from.
+
+    To split ``jax.random.key(seed)`` itself would give the same keys as to fold purposes into it.
+    """
+    return jax.random.fold_in(jax.random.key(seed), purpose)
+
+
 def keys(seed: int, purpose: int, count: int) -> Array:
     """[count] one key for each trial; no two purposes share any."""
-    root = jax.random.fold_in(jax.random.key(seed), purpose)
-    return jax.vmap(lambda i: jax.random.fold_in(root, i))(jnp.arange(count))
+    own = root(seed, purpose)
+    return jax.vmap(lambda i: jax.random.fold_in(own, i))(jnp.arange(count))

@@ -176,7 +176,8 @@ def tick(task: Task, profile: Profile, model: engine.Model, trial: Trial, white:
     landed = (after.walker.gait.elapsed == 0) & ~after.terminated
     touchdowns = trial.touchdowns + landed.astype(jnp.int32)
     body = after.walker
-    delay = (trial.scenario.phase * profile.seconds / dt).astype(jnp.int32)
+    # Of a step as long as its last one.
+    delay = (trial.scenario.phase * after.last.seconds / dt).astype(jnp.int32)
     due = landed & (touchdowns == PUSH_STEP) & (trial.scenario.impulse != 0)
     push = body.push.replace(start=jnp.where(due, body.tick + delay, body.push.start))
     after = after.replace(walker=body.replace(push=push))
@@ -194,6 +195,7 @@ def _count(
 ) -> Tally:
     tally, dt, body = trial.tally, task.setup.timestep, after.walker
     seconds = body.tick * dt
+    counted = jnp.round(tally.seconds / dt)  # in whole ticks: to add up 2 ms in float32 drifts within an hour
     counts = (seconds > SETTLE_SECONDS).astype(jnp.float32)
     pitch, speed = body.plant.qpos[2], body.sensors.last_velocity
     place = jnp.clip(body.gait.elapsed / BIN_SECONDS, 0, BINS - 1).astype(jnp.int32)
@@ -210,7 +212,7 @@ def _count(
     since = (tick - push.start - push.ticks) * dt
     recovered = (steady >= profile.seconds) & jnp.isinf(tally.recovery)
     return Tally(
-        seconds=tally.seconds + counts * dt,
+        seconds=(counted + counts) * dt,
         distance=tally.distance + counts * (body.plant.qpos[0] - before.walker.plant.qpos[0]),
         pitch=tally.pitch + counts * pitch * dt,
         pitch_high=jnp.where(landed, pitch, high),

@@ -22,7 +22,7 @@ from jaxwalk.export import c, c_runtime, manifest, tensors
 from jaxwalk.learn.ddpg import networks
 from jaxwalk.learn.policies import named, policy
 from jaxwalk.model.physics import Readings
-from jaxwalk.task import deployed, footstep, stepper
+from jaxwalk.task import deployed, footstep, scenarios, stepper
 from jaxwalk.task.deployed import Shove
 from jaxwalk.task.stepper import Task
 
@@ -119,7 +119,7 @@ class Recorded:
         seconds = TICKS * config.physics.timestep
         self.walk = deployed.walk(config, runtime, seconds, 3, shove, keep=True)
         size = len(config.observation)
-        start = deployed.start(config, jax.random.key(3))
+        start = deployed.start(config, scenarios.root(3, scenarios.DEPLOYED))
         said, stance = self.walk.said, int(start.gait.stance)
         self.numpy = _driven(deploy.Controller.load(path), said, stance, lambda c: c.observation)
 

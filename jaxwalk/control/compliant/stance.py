@@ -15,11 +15,6 @@ from jaxwalk.model.kinematics import Skeleton
 _ERROR_MOST = 2.0  # m off the usual landing: what is further off is not told apart
 
 
-def leg_angle(body: Skeleton, ankle: Float[Array, ""]) -> Float[Array, ""]:
-    """Of the line from the hip to an ankle ``ankle`` m ahead of it, from the vertical, rad."""
-    return jnp.arctan2(ankle, body.thigh + body.shank)
-
-
 def capture_error(config: GaitConfig, body: Skeleton, clock: StepClock, where: Posture) -> Float[Array, ""]:
     """How much further ahead of the stance ankle the capture point will be at the landing than it is in
     steady walking, m: it runs away from the foot as exp(w0 t) (Englsberger et al. 2015)."""
@@ -42,10 +37,9 @@ def hip(
     """Torque of the stance hip, N m: a servo of the rate w = -a' phi / phi0 that keeps the torso upright
     (eqs 6-13), phi from where it shall lean."""
     own, stance = config.compliant, clock.stance
-    angle = leg_angle(body, where.ankle[stance])
     # The IMU sits on the torso; the hip below it is slower by the torso's turning.
     speed = jnp.maximum(estimate.speed - body.torso * estimate.pitch_rate, own.hip_speed_min)
-    ankle_rate = speed / ((body.thigh + body.shank) * jnp.cos(angle))
+    ankle_rate = speed / where.drop[stance]
     off = estimate.pitch - own.pitch_offset - own.pitch_capture_gain * error
     rate = jnp.clip(-ankle_rate * off / own.pitch_nominal, -own.hip_rate_max, own.hip_rate_max)
     return own.hip_damping * (rate - estimate.joint_rates[stance, 0])
@@ -84,7 +78,7 @@ def ankle(
     own, stance = config.compliant, clock.stance
     _, _, angle = estimate.joints[stance]
     _, _, rate = estimate.joint_rates[stance]
-    behind = -leg_angle(body, where.ankle[stance]) - own.push_off_angle
+    behind = jnp.arctan2(-where.ankle[stance], where.drop[stance]) - own.push_off_angle
     forward = (where.capture > where.ankle[stance]) & (angle > -own.push_off_ankle)
     share = jnp.where(forward, jnp.clip(behind / own.push_off_ramp, 0.0, 1.0), 0.0)
     spring = own.ankle_stiffness * jnp.minimum(own.ankle_slack - angle, 0.0)

@@ -13,8 +13,7 @@ from jaxwalk.control.step_clock import Path, StepClock
 from jaxwalk.model.kinematics import Skeleton
 
 _ACCELERATION_MOST = 400.0  # rad/s^2 of the path
-_TIME_LEAST = 0.03  # s before the landing in which the path holds its target
-_SETTLE = 10.0  # 1/s, how fast it does
+_TIME_LEAST = 0.03  # s that it is planned ahead at least: when its time is over it holds the goal
 
 
 def toe_off(config: GaitConfig, clock: StepClock, where: Posture, estimate: Estimate) -> Bool[Array, ""]:
@@ -45,13 +44,12 @@ def proceed(
     limp = toe_off(config, clock, where, estimate)
     angle = jnp.where(limp, estimate.joints[swing, 0], path.angle)
     rate = jnp.where(limp, estimate.joint_rates[swing, 0], path.rate)
-    to, time = goal(config, body, clock, estimate), clock.duration - clock.elapsed
-    left = jnp.maximum(time, _TIME_LEAST)
+    to = goal(config, body, clock, estimate)
+    left = jnp.maximum(clock.duration - clock.elapsed, _TIME_LEAST)
     acceleration = 6 * (to - angle) / left**2 - 4 * rate / left
     acceleration = jnp.clip(acceleration, -_ACCELERATION_MOST, _ACCELERATION_MOST)
     moving = jnp.clip(rate + timestep * acceleration, -own.swing_rate_max, own.swing_rate_max)
-    next_rate = jnp.where(time < _TIME_LEAST, _SETTLE * (to - angle), moving)
-    rate = jnp.where(limp, rate, next_rate)
+    rate = jnp.where(limp, rate, moving)
     return Path(angle=jnp.where(limp, angle, angle + timestep * rate), rate=rate)
 
 

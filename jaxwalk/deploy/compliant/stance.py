@@ -13,11 +13,6 @@ _ERROR_MOST = np.float32(2)
 _ZERO, _ONE = np.float32(0), np.float32(1)
 
 
-def leg_angle(who: Person, ankle: np.float32) -> np.float32:
-    """Of the line from the hip to an ankle ``ankle`` m ahead of it, from the vertical, rad."""
-    return np.arctan2(ankle, who.thigh + who.shank)
-
-
 def capture_error(
     who: Person, gravity: np.float32, posture: Posture, clock: Clock, estimate: Estimate
 ) -> np.float32:
@@ -33,9 +28,8 @@ def capture_error(
 def hip(who: Person, posture: Posture, clock: Clock, estimate: Estimate, error: np.float32) -> np.float32:
     """Torque of the stance hip, N m."""
     own, stance = who.gait.compliant, clock.stance
-    angle = leg_angle(who, posture.x[stance])
     speed = max(estimate.speed - who.torso * estimate.pitch_rate, own.hip_speed_min)
-    ankle_rate = speed / ((who.thigh + who.shank) * np.cos(angle))
+    ankle_rate = speed / -posture.z[stance]
     off = estimate.pitch - own.pitch_offset - own.pitch_capture_gain * error
     rate = min(max(-ankle_rate * off / own.pitch_nominal, -own.hip_rate_max), own.hip_rate_max)
     return own.hip_damping * (rate - estimate.joint_rates[stance, 0])
@@ -68,7 +62,7 @@ def ankle(
     """Torque of the stance ankle, N m."""
     own, stance = who.gait.compliant, clock.stance
     angle, rate = estimate.joints[stance, 2], estimate.joint_rates[stance, 2]
-    behind = -leg_angle(who, posture.x[stance]) - own.push_off_angle
+    behind = np.arctan2(-posture.x[stance], -posture.z[stance]) - own.push_off_angle
     forward = capture_point(who, gravity, estimate) > posture.x[stance] and angle > -own.push_off_ankle
     share = min(max(behind / own.push_off_ramp, _ZERO), _ONE) if forward else _ZERO
     resting = own.ankle_stiffness * min(own.ankle_slack - angle, _ZERO) - own.ankle_capture_gain * error

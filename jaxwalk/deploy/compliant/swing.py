@@ -12,7 +12,7 @@ from jaxwalk.deploy.person import Person
 from jaxwalk.deploy.sensors import Estimate
 from jaxwalk.deploy.step_clock import Clock, step_length
 
-_ACCELERATION_MOST, _TIME_LEAST, _SETTLE = np.float32(400), np.float32(0.03), np.float32(10)
+_ACCELERATION_MOST, _TIME_LEAST = np.float32(400), np.float32(0.03)
 _REACH_MOST = np.float32(0.9)
 
 
@@ -38,14 +38,10 @@ def proceed(who: Person, posture: Posture, clock: Clock, estimate: Estimate, tim
     if toe_off(who, posture, clock, estimate):
         angle, rate = estimate.joints[swing, 0], estimate.joint_rates[swing, 0]
         return dataclasses.replace(clock, path=angle, path_rate=rate)
-    to, time = goal(who, clock, estimate), clock.duration - clock.elapsed
-    if time < _TIME_LEAST:
-        rate = _SETTLE * (to - clock.path)
-    else:
-        acceleration = 6 * (to - clock.path) / time**2 - 4 * clock.path_rate / time
-        acceleration = min(max(acceleration, -_ACCELERATION_MOST), _ACCELERATION_MOST)
-        rate = clock.path_rate + timestep * acceleration
-        rate = min(max(rate, -own.swing_rate_max), own.swing_rate_max)
+    to, left = goal(who, clock, estimate), max(clock.duration - clock.elapsed, _TIME_LEAST)
+    acceleration = 6 * (to - clock.path) / left**2 - 4 * clock.path_rate / left
+    acceleration = min(max(acceleration, -_ACCELERATION_MOST), _ACCELERATION_MOST)
+    rate = min(max(clock.path_rate + timestep * acceleration, -own.swing_rate_max), own.swing_rate_max)
     return dataclasses.replace(clock, path=clock.path + timestep * rate, path_rate=rate)
 
 

@@ -27,7 +27,7 @@ from jaxwalk.control.person import Person
 from jaxwalk.learn.ddpg import learner, noise, replay_buffer
 from jaxwalk.learn.ddpg.learner import LearnerState
 from jaxwalk.learn.ddpg.replay_buffer import Replay
-from jaxwalk.task import collect, footstep, spawn
+from jaxwalk.task import collect, footstep, scenarios, spawn
 from jaxwalk.task.stepper import Stepper, Task
 
 
@@ -115,7 +115,7 @@ def _build(config: Config) -> Callable[[Any], TrainState]:
     task, count = Task.of(config), rings(config)
 
     def build(seed: Any) -> TrainState:
-        walkers_key, learner_key, key = jax.random.split(jax.random.key(seed), 3)
+        walkers_key, learner_key, key = jax.random.split(scenarios.root(seed, scenarios.TRAINING), 3)
         keys = jax.random.split(walkers_key, config.train.walkers)
         steppers = jax.vmap(partial(spawn.walker, config, task))(keys)
         capacity = max(config.ddpg.replay_capacity, config.ddpg.batch_size) // count

@@ -1,0 +1,58 @@
+"""Configurations of before mean what they meant."""
+
+import dataclasses
+import json
+
+import pytest
+
+from jaxwalk.common import resources
+from jaxwalk.common.errors import UserError
+from jaxwalk.config import Config, of_dict, to_dict
+from jaxwalk.learn.policies import policy
+
+
+def test_what_is_written_is_read_again():
+    config = dataclasses.replace(Config(), kernels="off")
+    assert of_dict(json.loads(json.dumps(to_dict(config)))) == config
+
+
+def test_a_file_without_a_number_meant_rigid_legs_and_one_decision_a_step():
+    before = of_dict({})
+    assert (before.gait.form, before.physics.drives, before.physics.actuators) == (
+        "rigid",
+        "servo",
+        "unlimited",
+    )
+    assert before.task.replan == 0
+    assert (before.gait.duration_nominal, before.gait.length_nominal) == (0.12, 0.633)
+    assert before.observation == ("speed", "pitch", "zmp", "step_length", "pitch_rate")
+
+
+def test_heel_and_toe_had_one_number():
+    before = of_dict({"physics": {"contact_timeconst": 0.01}})
+    assert before.physics.heel_timeconst == before.physics.contact_timeconst == 0.01
+
+
+def test_what_a_file_says_is_kept():
+    told = {"gait": {"duration_nominal": 0.1}, "observation": ["speed"]}
+    before = of_dict(told)
+    assert before.gait.duration_nominal == 0.1
+    assert before.observation == ("speed",)
+    assert told == {"gait": {"duration_nominal": 0.1}, "observation": ["speed"]}
+
+
+def test_todays_files_lack_nothing_that_is_not_todays_default():
+    assert of_dict({"format": 2}) == Config()
+
+
+def test_the_rigid_policy_is_of_the_first_format():
+    kept = policy.load(resources.model_path("shipped-rigid.safetensors"))
+    told = json.loads(kept.metadata.config)
+    assert "format" not in told
+    assert of_dict(told).gait.form == "rigid"
+
+
+@pytest.mark.parametrize("number", [0, 3, "2", None, True])
+def test_a_format_that_is_not_known_is_refused(number):
+    with pytest.raises(UserError, match="this version reads 1 to 2"):
+        of_dict({"format": number})
