@@ -90,7 +90,9 @@ def started(task: Task, config: Config, args: Args, key: jax.Array) -> Stepper:
     return state.replace(walker=state.walker.replace(push=push))
 
 
-def followed(task: Task, args: Args, windows: int, act: Any, network: Any, states: Stepper, key: jax.Array) -> Any:
+def followed(
+    task: Task, args: Args, windows: int, act: Any, network: Any, states: Stepper, key: jax.Array
+) -> Any:
     """[W, N, O] what the walkers saw when they were asked, and [W, N] whether they still walked."""
     count = states.observation.shape[0]
     shaken = args.noise * (jnp.arange(count) % 2)[:, None]

@@ -91,8 +91,8 @@ GOALS = {
 }
 """Measures of unpushed walking, in the units of `measures`."""
 PUSHES = {
-    30.0: 6.0, 50.0: 10.0, 70.0: 14.0, 85.0: 10.0, 95.0: 8.0,
-    -20.0: 6.0, -40.0: 10.0, -60.0: 14.0, -70.0: 10.0, -80.0: 8.0,
+    40.0: 6.0, 70.0: 14.0, 85.0: 10.0, 98.0: 8.0,
+    -25.0: 8.0, -42.0: 12.0, -52.0: 14.0, -62.0: 14.0, -72.0: 10.0, -82.0: 6.0,
 }  # fmt: skip
 """Impulses, N s, and what it costs that nobody survives one."""
 FALL = 30.0

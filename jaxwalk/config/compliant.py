@@ -9,91 +9,91 @@ from dataclasses import dataclass
 class CompliantConfig:
     """Impedances, push-off and swing. Angles: hip forward, knee flexed, ankle dorsiflexed are positive."""
 
-    hip_damping: float = 152.1
+    hip_damping: float = 144.6
     """Servo of the stance hip's rate, N m s/rad."""
-    pitch_nominal: float = 0.1023
+    pitch_nominal: float = 0.07601
     """phi0 of eq. 13: torso's pitch beyond `pitch_offset` at which the hip turns as the leg does, rad."""
-    pitch_offset: float = -0.06079
+    pitch_offset: float = -0.02221
     """Torso's pitch at which the stance hip is told to stand still, rad."""
-    pitch_capture_gain: float = -0.1313
+    pitch_capture_gain: float = -0.05576
     """How much further forward the torso is to lean for each m that the capture point is too far, rad/m."""
-    hip_rate_max: float = 6.577
+    hip_rate_max: float = 6.286
     """Largest hip rate that the stance controller asks for, rad/s."""
-    hip_speed_min: float = 0.4994
+    hip_speed_min: float = 1.301
     """The stance controller never takes the hip to be slower than this, m/s."""
 
-    knee_stiffness: float = 721.3
+    knee_stiffness: float = 822.9
     """Of the stance knee, N m/rad."""
-    knee_damping: float = 54.95
+    knee_damping: float = 47.06
     """Of the stance knee, N m s/rad."""
-    knee_loading: float = 0.3445
+    knee_loading: float = 0.3346
     """Flexion about which the stance knee yields as it takes the load, rad."""
-    knee_standing: float = 0.3056
+    knee_standing: float = 0.2964
     """The same from `knee_seconds` on, rad."""
-    knee_seconds: float = 0.3636
+    knee_seconds: float = 0.4103
     """Time from touch-down in which it goes from the one to the other, s."""
 
-    ankle_stiffness: float = 377.0
+    ankle_stiffness: float = 490.0
     """Of the stance ankle beyond `ankle_slack`, N m/rad."""
-    ankle_slack: float = 0.1775
+    ankle_slack: float = 0.1139
     """Dorsiflexion from which on the stance ankle's spring acts, rad."""
-    ankle_damping: float = 12.36
+    ankle_damping: float = 13.11
     """Of the stance ankle, N m s/rad."""
-    ankle_capture_gain: float = 123.5
+    ankle_capture_gain: float = 188.6
     """Plantarflexion torque for each m that the capture point will be too far at the landing, N m/m: it moves
     the centre of pressure under it."""
 
-    push_off_angle: float = 0.1908
+    push_off_angle: float = 0.1291
     """The stance leg's angle behind the vertical at which push-off begins, rad."""
-    push_off_ramp: float = 0.2599
+    push_off_ramp: float = 0.3025
     """Angle over which it comes to its whole torque, rad."""
-    push_off_torque: float = 155.2
+    push_off_torque: float = 103.9
     """Of a walker at the speed desired, N m."""
-    push_off_gain: float = 104.9
+    push_off_gain: float = 90.74
     """Torque for each m/s that it is slower, N m s/m."""
-    push_off_ankle: float = 0.1338
+    push_off_ankle: float = 0.2671
     """Plantarflexion at which push-off ends, rad."""
     push_off_share: float = 1.05
     """Share of the speed desired at which push-off is `push_off_torque`."""
-    toe_off_seconds: float = 0.1236
+    toe_off_seconds: float = 0.1148
     """Time after the other foot's touch-down in which the trailing leg still pushes, its hip limp, s."""
 
-    swing_stiffness: float = 463.2
+    swing_stiffness: float = 406.4
     """Of the swing hip about its path, N m/rad."""
-    swing_damping: float = 99.12
+    swing_damping: float = 110.6
     """Of the swing hip about its path's rate, N m s/rad."""
-    swing_pitch_gain: float = 1.031
+    swing_pitch_gain: float = 0.9824
     """Share of the torso's pitch added to the swing hip's target (1: the thigh's angle to the vertical)."""
-    swing_rate_max: float = 11.58
+    swing_rate_max: float = 11.26
     """Largest rate of the swing hip's path, rad/s."""
-    swing_knee: float = 0.7987
+    swing_knee: float = 0.7973
     """Flexion of the swing knee while the foot passes, rad."""
-    swing_knee_stiffness: float = 25.84
+    swing_knee_stiffness: float = 20.17
     """Its stiffness, N m/rad."""
-    swing_knee_damping: float = 5.691
+    swing_knee_damping: float = 1.673
     """Its damping, N m s/rad."""
     toe_off_knee_share: float = 0.3
     """Share of `swing_knee` that the trailing knee is pulled to while it pushes."""
-    landing_knee: float = 0.2993
+    landing_knee: float = 0.2866
     """Flexion with which the swing leg lands, rad."""
-    landing_knee_stiffness: float = 347.5
+    landing_knee_stiffness: float = 316.3
     """Its stiffness, N m/rad."""
-    landing_knee_damping: float = 17.69
+    landing_knee_damping: float = 10.0
     """Its damping, N m s/rad."""
-    landing_seconds: float = 0.07041
+    landing_seconds: float = 0.04838
     """Time before the landing in which the knee straightens, s."""
-    swing_sole: float = -0.1207
+    swing_sole: float = -0.1348
     """Angle of the swing foot's sole to the floor, toes up positive, rad."""
-    swing_ankle_most: float = 0.3
+    swing_ankle_most: float = 0.2567
     """Largest dorsiflexion that it is turned to for that, rad."""
     swing_ankle_stiffness: float = 77.0
     """Of the ankle in the air, N m/rad."""
     swing_ankle_damping: float = 1.5
     """Of the ankle in the air, N m s/rad."""
 
-    landing_time: float = 0.5427
+    landing_time: float = 0.5384
     """Time of a step at which the error of the capture point is told, s: that of steady walking."""
-    landing_capture: float = 0.5531
+    landing_capture: float = 0.6174
     """How far ahead of the stance ankle the capture point then is in steady walking, m."""
     landing_share: float = 0.55
     """Share of the step's time before which a contact ahead is no touch-down."""

@@ -146,35 +146,35 @@ class Replan:
     it lies behind the stance foot the body falls backward: the swing foot is sent behind it.
     """
 
-    length: Number = 0.8223
+    length: Number = 0.7697
     """Commanded step length of undisturbed walking, m."""
-    duration: Number = 0.5427
+    duration: Number = 0.5384
     """Time of an undisturbed step, s."""
-    capture: Number = 0.5531
+    capture: Number = 0.6174
     """Where the capture point is ahead of the stance ankle when an undisturbed step ends, m."""
-    length_gain: Number = -0.01654
+    length_gain: Number = -0.02827
     """Length for each m that it will be further ahead."""
-    pitch_gain: Number = 1.077
+    pitch_gain: Number = 1.665
     """Length for each rad that the torso leans forward, m/rad."""
-    duration_gain: Number = 0.3646
+    duration_gain: Number = 0.3764
     """Time by which the step is shorter for each m, s/m."""
     length_least: Number = 0.15
     """Shortest step ahead, m."""
-    duration_least: Number = 0.3092
+    duration_least: Number = 0.287
     """Shortest step, s."""
     duration_most: Number = 0.7
     """Longest step, s."""
-    back_margin: Number = 0.0604
+    back_margin: Number = 0.04366
     """How far behind the stance ankle the capture point makes the walker step back, m."""
-    back_reach: Number = -0.05565
+    back_reach: Number = -0.03936
     """How far behind `back_gain` times the capture point the foot is put then, m."""
-    back_gain: Number = 0.2583
+    back_gain: Number = 0.8375
     """Share of the capture point's way from the hip."""
-    back_least: Number = 0.2395
+    back_least: Number = 0.2521
     """How far behind the stance ankle it is put at least, m."""
-    back_speed: Number = 3.0
+    back_speed: Number = 2.554
     """How fast the foot goes there, m/s."""
-    back_time: Number = 0.2958
+    back_time: Number = 0.3233
     """Longest time that is left for it, s."""
     torso: Number = 0.3155
     """Hip to the torso's centre, m."""

@@ -29,7 +29,7 @@ def test_the_paper_preset_holds_the_papers_constants():
 
 
 def test_missing_fields_take_their_defaults():
-    config = of_dict({"ddpg": {"gamma": 0.5}})
+    config = of_dict({"format": 2, "ddpg": {"gamma": 0.5}})
     assert config == Config(ddpg=DDPGConfig(gamma=0.5))
 
 

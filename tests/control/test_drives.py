@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import BodyConfig, Config, PidConfig, validate
+from jaxwalk.config import BodyConfig, PidConfig, validate
 from jaxwalk.config.presets import PRESETS
 from jaxwalk.control import drives, walker
 from jaxwalk.control.person import Person, model_of, skeleton
@@ -102,7 +102,7 @@ def test_both_ways_move_every_joint():
 
 def test_with_servos_the_program_is_what_it_was():
     """A default walker has no drives to remember, and its tick is the controllers, the plant, the sensors."""
-    config = Config()
+    config = PRESETS["rigid"]
     setup = Setup.of(config)
     who = Person.of(config.gait, jnp.float32(1.8), jnp.float32(75.0))
     begun = walker.start(setup, who, jax.random.key(0), jnp.float32(1))

@@ -8,13 +8,14 @@ import mujoco
 import numpy as np
 import pytest
 
-from jaxwalk.config import BodyConfig, Config
+from jaxwalk.config import BodyConfig
+from jaxwalk.config.presets import PRESETS
 from jaxwalk.control import walker
 from jaxwalk.control.person import Person, model_of
 from jaxwalk.model import physics, pushes
 from jaxwalk.model.engine import Setup
 
-CONFIG = Config()
+CONFIG = PRESETS["rigid"]  # which needs no decisions to walk
 SETUP = Setup.of(CONFIG)
 DT = CONFIG.physics.timestep
 BATCH, SECONDS = 16, 8.0

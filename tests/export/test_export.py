@@ -12,8 +12,8 @@ import pytest
 from jaxwalk import cli, deploy
 from jaxwalk.common import resources
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import GaitConfig
-from jaxwalk.control import scaling
+from jaxwalk.config import CompliantConfig
+from jaxwalk.config.gait import RIGID, SHARED
 from jaxwalk.deploy.file import MANIFEST
 from jaxwalk.export import command, selftest, stablehlo
 from jaxwalk.learn.policies import policy
@@ -52,8 +52,8 @@ def test_every_file_carries_the_manifest(exported):
     }
     for kind, carried in found.items():
         assert carried == told, kind
-    assert told["action"][0] == {"name": "length", "unit": "m", "low": 0.45, "high": 0.95}
-    assert [one["name"] for one in told["observation"]][:2] == ["speed", "pitch"]
+    assert told["action"][0] == {"name": "length", "unit": "m", "low": -0.7, "high": 0.95}
+    assert [one["name"] for one in told["observation"]][:3] == ["speed", "speed_desired", "pitch"]
     header = files["c"].read_text()
     for one in told["observation"] + told["action"]:
         assert f'{{"{one["name"]}", "{one["unit"]}"}}' in header
@@ -63,11 +63,17 @@ def test_numbers_scale_as_dynamic_similarity_says(exported):
     numbers = exported[1]["numbers"]
     powers = {name: (one["length"], one["mass"]) for name, one in numbers.items()}
     assert powers["length_min"] == (1, 0) and powers["duration_min"] == (0.5, 0)
-    assert powers["toe_off_gain"] == (0.5, 1) and powers["torso_inertia"] == (2, 1)
-    assert powers["swing_knee"] == (0, 0) and powers["ankle_damping"] == (1.5, 1)
-    assert set(GaitConfig.__dataclass_fields__) == (
-        set(numbers) & set(GaitConfig.__dataclass_fields__)
-    ) | set(scaling.SWITCHES)
+    assert powers["compliant_push_off_gain"] == (0.5, 1) and powers["torso_inertia"] == (2, 1)
+    assert powers["compliant_swing_knee"] == (0, 0) and powers["ankle_damping"] == (1.5, 1)
+    legs = {f"compliant_{name}" for name in CompliantConfig.__dataclass_fields__}
+    assert legs < set(numbers) and set(SHARED) < set(numbers)
+
+
+def test_rigid_legs_carry_their_own_numbers():
+    _, told = command.load("shipped-rigid")
+    assert set(RIGID) < set(told["numbers"]) and told["numbers"]["toe_off_gain"]["length"] == 0.5
+    assert not any(name.startswith("compliant_") for name in told["numbers"])
+    assert (told["switches"]["form"], told["decisions"]["replan"], told["strength"]) == ("rigid", 0, None)
 
 
 def test_the_safetensors_export_is_a_policy_file_too(exported):
@@ -80,7 +86,7 @@ def test_stablehlo_is_for_cpu_and_cuda_and_any_batch(exported):
     assert set(program.platforms) == {"cpu", "cuda"}
     assert not isinstance(program.in_avals[0].shape[0], int)
     for batch in (1, 7):
-        actions, _ = stablehlo.run(exported[2]["stablehlo"], np.zeros((batch, 5), np.float32))
+        actions, _ = stablehlo.run(exported[2]["stablehlo"], np.zeros((batch, 6), np.float32))
         assert actions.shape == (batch, 2)
 
 

@@ -9,14 +9,16 @@ import numpy as np
 import pytest
 
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import Config, PushConfig, TrainConfig
+from jaxwalk.config import PushConfig, TrainConfig
+from jaxwalk.config.presets import PRESETS
 from jaxwalk.control import walker
 from jaxwalk.control.person import Person, model_of
 from jaxwalk.task import collect, footstep, spawn, stepper
 from jaxwalk.task.stepper import Task
 
 WALKERS, WINDOWS = 8, 130
-CONFIG = Config(
+CONFIG = dataclasses.replace(
+    PRESETS["rigid"],  # one decision a step; steps decided anew have tests of their own
     # Hard pushes and short lives, so that both ends of an episode occur often.
     pushes=PushConfig(rate=0.7, impulse_forward=160.0, impulse_backward=160.0),
     train=TrainConfig(

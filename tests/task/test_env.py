@@ -8,14 +8,16 @@ import numpy as np
 import pytest
 from brax import envs
 
-from jaxwalk.config import Config, PushConfig, TrainConfig
+from jaxwalk.config import PushConfig, TrainConfig
+from jaxwalk.config.presets import PRESETS
 from jaxwalk.task import collect, footstep, stepper
 from jaxwalk.task.env import FootstepEnv
 
 BATCH = 4
 FOOTSTEPS = 6
 EPISODE = 2  # footsteps, in Brax's wrapper
-CONFIG = Config(
+CONFIG = replace(
+    PRESETS["rigid"],
     pushes=PushConfig(rate=0.0),
     train=TrainConfig(walkers=BATCH, episode_seconds=2.0, height_spread=0.1, mass_spread=0.1),
     observation=("speed", "pitch", "zmp", "step_length"),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from jaxwalk.common.parallel import devices
-from jaxwalk.config import Config
+from jaxwalk.config.presets import PRESETS
 from jaxwalk.control.person import Person
 from jaxwalk.model import pushes
 from jaxwalk.task import backend, footstep
@@ -16,7 +16,7 @@ from jaxwalk.task.scenarios import Scenario
 from jaxwalk.task.stepper import Task
 from jaxwalk.task.trials import BINS, PUSH_STEP, Profile, Runner, begin
 
-CONFIG = Config()
+CONFIG = PRESETS["rigid"]
 TASK = Task.of(CONFIG)
 DT = CONFIG.physics.timestep
 SECONDS = 7.0
@@ -129,12 +129,12 @@ def test_the_impulse_asked_for_is_the_impulse_delivered(trials):
 
 def test_a_push_begins_at_its_phase_of_the_step(trials):
     start = trials.state.walker.push.start
+    mean = float(trials.tally.step_seconds[NONE] / trials.tally.steps[NONE])
     for case, phase in ((HALF_WAY, 0.5), (QUARTER, 0.25)):
-        # The same walk up to the push: the phases' distance in ticks, one being lost to rounding.
-        assert abs((start[case] - start[AT_ONCE]) - phase * STEP / DT) <= 1
+        # The same walk up to the push: of a step as long as the last, which is about as long as the mean.
+        assert (start[case] - start[AT_ONCE]) * DT == pytest.approx(phase * mean, rel=0.1)
     assert (start[[NONE, OTHER]] > 10**9).all()
     # That step is the PUSH_STEP-th: so many mean steps from the start, the first ones being a little uneven.
-    mean = float(trials.tally.step_seconds[NONE] / trials.tally.steps[NONE])
     assert start[AT_ONCE] * DT == pytest.approx(PUSH_STEP * mean, abs=0.5 * mean)
 
 

@@ -6,9 +6,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk.config import BodyConfig, Config, GaitConfig
+from jaxwalk.config import BodyConfig, GaitConfig
+from jaxwalk.config.presets import PRESETS
 from jaxwalk.control import sensors
 from jaxwalk.control.person import Person
+from jaxwalk.control.posture import capture_point
 from jaxwalk.control.rigid import back_step, controllers, form
 from jaxwalk.control.step_clock import StepClock
 from jaxwalk.model import anthropometry, kinematics
@@ -47,8 +49,8 @@ def estimate(speed, hips, touch=(700.0, 0.0), pitch=0.0, stance=0):
 
 def test_the_capture_point_is_that_of_the_linear_pendulum():
     """v sqrt(L / g) ahead of the body, which a lean of 0.1 rad moves by 0.678 x 0.32452 m x sin 0.1."""
-    assert back_step.capture_point(BONES, estimate(0.8, (0.0, 0.0))) == pytest.approx(0.8 * PACE, rel=1e-5)
-    leaning = back_step.capture_point(BONES, estimate(0.8, (0.0, 0.0), pitch=0.1))
+    assert capture_point(BONES, estimate(0.8, (0.0, 0.0))) == pytest.approx(0.8 * PACE, rel=1e-5)
+    leaning = capture_point(BONES, estimate(0.8, (0.0, 0.0), pitch=0.1))
     assert leaning == pytest.approx(0.8 * PACE + 0.021966, rel=1e-4)
 
 
@@ -106,7 +108,7 @@ def test_the_foot_goes_behind_the_capture_point_and_the_knee_straightens_in_time
 
 def test_a_leg_ahead_does_not_push_off():
     """After a step back the leg that trails is ahead of the hip; the paper's equations know no such thing."""
-    config = Config()
+    config = PRESETS["rigid"]
 
     def torque(hip, **changes):
         who = Person.of(dataclasses.replace(config.gait, **changes), f(1.8), f(75))
@@ -131,7 +133,7 @@ def test_the_controllers_use_it_only_when_it_is_due():
 
 def test_it_saves_walkers_that_a_push_from_the_front_has_stopped():
     """60 N s soon after touch-down, more than the linear pendulum stands without a step back."""
-    config = Config()
+    config = PRESETS["rigid"]
     many = 8
     cases = scenarios.batch(
         config, np.full(many, -60, np.float32), np.full(many, 0.125, np.float32), scenarios.keys(0, 9, many)
