@@ -143,7 +143,7 @@ def start(
         observation=observation,
         action=action,
         speed_sum=zero,
-        last=Footstep(false, empty, zero, zero, zero),
+        last=Footstep(false, empty, length, zero, zero),
         terminated=false,
         truncated=false,
         broken=false,

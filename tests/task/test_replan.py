@@ -1,0 +1,156 @@
+"""Steps that are decided anew: windowed collection against a plain loop over ticks."""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxwalk.config import Config, PushConfig, TaskConfig, TrainConfig
+from jaxwalk.control import walker
+from jaxwalk.control.person import model_of
+from jaxwalk.task import collect, footstep, rules, spawn, stepper
+from jaxwalk.task.stepper import Task
+
+WALKERS, WINDOWS, AGAIN = 4, 120, 3
+CONFIG = Config(
+    pushes=PushConfig(rate=0.6, impulse_forward=150.0, impulse_backward=150.0),
+    train=TrainConfig(walkers=WALKERS, episode_seconds=1.5),
+    task=TaskConfig(replan=AGAIN),
+)
+TASK = Task.of(CONFIG)
+RULE = rules.strong(rules.Replan()), rules.reference(CONFIG.gait)
+
+
+def answer(observation):
+    return rules.act(RULE, observation)
+
+
+@pytest.fixture(scope="module")
+def collected():
+    """[(states before, what the window brought)], for each window, on the host."""
+    keys = jax.random.split(jax.random.key(5), WALKERS)
+    states = jax.jit(jax.vmap(lambda key: spawn.walker(CONFIG, TASK, key)))(keys)
+    window = jax.jit(
+        lambda s, k: collect.window(
+            CONFIG, TASK, s, lambda o, _: jax.vmap(answer)(o), jax.random.split(k, WALKERS)
+        )
+    )
+    record = []
+    for key in jax.random.split(jax.random.key(6), WINDOWS):
+        after, brought = window(states, key)
+        record.append((states, jax.device_get(brought)))
+        states = after
+    return record
+
+
+@pytest.fixture(scope="module")
+def plain(collected):
+    """[{walker: (transition or None, fell, truncated)}] of a loop that knows of windows only when to ask."""
+    setup = TASK.setup
+    tick = jax.jit(jax.vmap(lambda state: walker.tick(setup, model_of(setup, state.person), state)))
+    observe = jax.jit(jax.vmap(lambda s, length: footstep.observe(TASK.observation, setup, s, length)))
+    landed_length = jax.jit(jax.vmap(lambda s: walker.landed_length(setup, s)))
+    reward = jax.jit(jax.vmap(lambda *told: footstep.reward(CONFIG.reward, setup, *told)))
+
+    @jax.jit
+    def answered(states, who, observation):
+        actions = jax.vmap(answer)(observation)
+        told = jax.vmap(lambda s, a: walker.decide(s, footstep.to_command(s.person, a)))(states, actions)
+        return jax.vmap(stepper.select)(who, told, states), actions
+
+    nominal = CONFIG.gait.duration_nominal * np.sqrt(collected[0][0].walker.person.ratio.length)
+    states, found = collected[0][0].walker, []
+    born = np.ones(WALKERS, bool)
+    length, windows, landed = np.zeros(WALKERS, np.float32), np.zeros(WALKERS, int), np.zeros(WALKERS, bool)
+    speeds, seen = [[] for _ in born], np.zeros((WALKERS, len(TASK.observation)), np.float32)
+    actions = np.zeros((WALKERS, 2), np.float32)
+    asks = np.zeros(WALKERS, bool)
+    for before, _ in collected:
+        # Each window is walked from where the other's began, so that rounding does not add up; it ends there.
+        kept, theirs = (np.asarray(x.plant.qpos)[~born] for x in (states, before.walker))
+        np.testing.assert_allclose(kept, theirs, atol=1e-2)
+        states = before.walker
+        nominal = CONFIG.gait.duration_nominal * np.sqrt(np.asarray(states.person.ratio.length))
+        length = np.where(born, landed_length(states), length)
+        asks |= born
+        now = np.asarray(observe(states, jnp.asarray(length)))
+        states, told = answered(states, jnp.asarray(asks), jnp.asarray(now))
+        seen, actions = np.where(asks[:, None], now, seen), np.where(asks[:, None], told, actions)
+        for one in np.flatnonzero(asks):
+            speeds[one], windows[one], landed[one] = [], 0, False
+        states = states.replace(push=before.walker.push)
+        fallen, ended = np.zeros(WALKERS, bool), {}
+        for _ in range(setup.window_ticks):
+            states, event = tick(states)
+            touchdown, fell, speed, far = jax.device_get(
+                (event.touchdown, event.fell, states.estimate.speed, event.step_length)
+            )
+            for one in np.flatnonzero(~fallen):
+                speeds[one].append(speed[one])
+            length = np.where(touchdown & ~fallen, far, length)
+            landed |= touchdown & ~fallen
+            if (new := fell & ~fallen).any():
+                after, rewards = _told(observe, reward, states, speeds, length, event.fell)
+                for one in np.flatnonzero(new):
+                    ended[one] = (seen[one], actions[one], rewards[one], 0.0, after[one]), True, False
+            fallen |= fell
+        windows += 1
+        asks = (landed | (windows >= AGAIN)) & ~fallen
+        over = asks & (np.asarray(states.tick) >= TASK.episode_ticks)
+        if asks.any():
+            after, rewards = _told(observe, reward, states, speeds, length, jnp.zeros(WALKERS, bool))
+            share = windows * setup.window_ticks * setup.timestep / nominal
+            for one in np.flatnonzero(asks):
+                discount = CONFIG.ddpg.gamma ** share[one]
+                told = seen[one], actions[one], rewards[one] * share[one], discount, after[one]
+                ended[one] = told, False, bool(over[one])
+        born = fallen | over
+        found.append(ended)
+    return found
+
+
+def _told(observe, reward, states, speeds, length, fell):
+    means = jnp.array([np.mean(s) if s else 0.0 for s in speeds], jnp.float32)
+    after = np.asarray(observe(states, jnp.asarray(length)))
+    return after, np.asarray(reward(states, means, jnp.asarray(length), fell))
+
+
+def test_windows_bring_the_transitions_of_a_plain_loop(collected, plain):
+    counts = {"decisions": 0, "fell": 0, "truncated": 0, "within a step": 0}
+    names = ("observation", "action", "reward", "discount", "next_observation")
+    for index, ((_, brought), expected) in enumerate(zip(collected, plain, strict=True)):
+        for one in range(WALKERS):
+            transition, fell, truncated = expected.get(one, (None, False, False))
+            got, where = jax.tree.map(lambda x, one=one: x[one], brought), f"walker {one}, window {index}"
+            assert (bool(got.fell), bool(got.truncated)) == (fell, truncated), where
+            assert bool(got.footsteps.closed) == (transition is not None), where
+            for name, value in zip(names, transition or (), strict=False):
+                # Native code and XLA's order float32 sums differently; landings enlarge that.
+                found = getattr(got.footsteps.transition, name)
+                np.testing.assert_allclose(found, value, rtol=5e-3, atol=5e-3, err_msg=f"{where}: {name}")
+            counts["decisions"] += transition is not None
+            counts["fell"] += fell
+            counts["truncated"] += truncated
+            elapsed = TASK.observation.index("elapsed")
+            counts["within a step"] += transition is not None and transition[0][elapsed] > 0.1
+    assert counts["decisions"] > 150 and counts["within a step"] > 80, counts
+    assert counts["fell"] >= 2 and counts["truncated"] >= 2, counts
+
+
+def test_what_is_decided_anew_changes_the_step_under_way():
+    """A walker whose answer changes between two windows of one step swings elsewhere."""
+    task = dataclasses.replace(TASK, replan=1)
+    state = jax.jit(lambda key: spawn.walker(CONFIG, task, key))(jax.random.key(0))
+    body = CONFIG.gait
+    long, short = (footstep.to_action(RULE[1], jnp.array([far, body.duration_nominal])) for far in (0.9, 0.2))
+    run = jax.jit(lambda s: collect.run_ticks(task, s, 10))
+    goals = []
+    for later in (long, short):
+        walked = state
+        for window in range(16):
+            walked = run(stepper.decide(walked, long if window < 6 else later))
+            assert bool(walked.asked)
+        goals.append(float(walked.walker.gait.path.angle))
+    assert goals[0] > goals[1] + 0.1
