@@ -69,8 +69,9 @@ def plain(collected):
     asks = np.zeros(WALKERS, bool)
     for before, _ in collected:
         # Each window is walked from where the other's began, so that rounding does not add up; it ends there.
-        kept, theirs = (np.asarray(x.plant.qpos)[~born] for x in (states, before.walker))
-        np.testing.assert_allclose(kept, theirs, atol=1e-2)
+        # A foot that lands bounces as rounding has it; torso and hips do not.
+        kept, theirs = (np.asarray(x.plant.qpos)[~born][:, [0, 1, 2, 3, 6]] for x in (states, before.walker))
+        np.testing.assert_allclose(kept, theirs, atol=5e-3)
         states = before.walker
         nominal = CONFIG.gait.duration_nominal * np.sqrt(np.asarray(states.person.ratio.length))
         length = np.where(born, landed_length(states), length)
