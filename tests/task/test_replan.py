@@ -13,9 +13,9 @@ from jaxwalk.control.person import model_of
 from jaxwalk.task import collect, footstep, rules, spawn, stepper
 from jaxwalk.task.stepper import Task
 
-WALKERS, WINDOWS, AGAIN = 4, 120, 3
+WALKERS, WINDOWS, AGAIN = 4, 200, 3
 CONFIG = Config(
-    pushes=PushConfig(rate=0.6, impulse_forward=150.0, impulse_backward=150.0),
+    pushes=PushConfig(rate=0.6, impulse_forward=170.0, impulse_backward=170.0),
     train=TrainConfig(walkers=WALKERS, episode_seconds=1.5),
     task=TaskConfig(replan=AGAIN),
 )
