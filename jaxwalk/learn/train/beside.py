@@ -17,11 +17,9 @@ from jaxwalk.task import rules, scenarios
 def of_rules(config: Config, seed: int) -> dict[str, Marks]:
     """How each rule of `rules.RULES` does in the finals of a run of ``config`` and ``seed``."""
     seen = dataclasses.replace(config, observation=rules.OBSERVATION)
-    mesh, person = devices.mesh(), rules.reference(config.gait)
-    exam = Exam(seen, rules.act, mesh, seed, scenarios.FINALS, finals.IMPULSES, finals.REPLICAS)
-    return {
-        name: exam(devices.here((rules.strong(rule), person), mesh))[0] for name, rule in rules.RULES.items()
-    }
+    person = rules.reference(config.gait)
+    exam = Exam(seen, rules.act, devices.mesh(), seed, scenarios.FINALS, finals.IMPULSES, finals.REPLICAS)
+    return {name: exam((rules.strong(rule), person))[0] for name, rule in rules.RULES.items()}
 
 
 def lines(folder: Path) -> list[str]:
