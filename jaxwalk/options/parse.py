@@ -70,6 +70,16 @@ def checked(
     return args
 
 
+def reader(kind: type[Checked], command: str) -> Callable[[Sequence[str]], Checked]:
+    """A command's ``read``, which is `checked`."""
+
+    def read(argv: Sequence[str]) -> Checked:
+        return checked(kind, argv, command)
+
+    read.__annotations__["return"] = kind
+    return read
+
+
 def parse_known(kind: type[T], argv: Sequence[str], command: str) -> T:
     """Only the options that ``kind`` has; all others are left for a later look.
 

@@ -27,11 +27,11 @@ def test_what_it_links_to_is_there():
 
 
 def test_each_command_it_gives_is_one():
-    from jaxwalk.cli import _COMMANDS
+    from jaxwalk.cli import COMMANDS
 
     given = re.findall(r"^jaxwalk ([a-z-]+)", README, re.MULTILINE)
     assert len(given) == 5
-    assert set(given) <= set(_COMMANDS)
+    assert set(given) <= set(COMMANDS)
 
 
 def test_its_python_runs(tmp_path):
