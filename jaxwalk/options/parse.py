@@ -128,14 +128,14 @@ def _without_values(argv: Sequence[str], switches: set[tuple[str, str]]) -> list
 
 @contextlib.contextmanager
 def _one_line_errors(command: str) -> Iterator[None]:
-    said = io.StringIO()
+    output = io.StringIO()
     try:
-        with contextlib.redirect_stderr(said):
+        with contextlib.redirect_stderr(output):
             yield
     except SystemExit as stop:
         if not stop.code:
             raise
-        raise UserError(f"{flatten(said.getvalue())}; see jaxwalk {command} --help") from None
+        raise UserError(f"{flatten(output.getvalue())}; see jaxwalk {command} --help") from None
 
 
 def flatten(box: str) -> str:

@@ -66,19 +66,19 @@ class Built:
 
 
 def whole(
-    config: Config, seconds: float, seed: int, folder: Path, tell: Callable[[str], None]
+    config: Config, seconds: float, seed: int, folder: Path, report: Callable[[str], None]
 ) -> dict[str, Program]:
     """The programs of one batch, each timed for ``seconds`` or `rounds.MIN_ROUNDS` calls, whichever is more.
 
     Args:
       folder: for checkpoints.
-      tell: called with what is under way.
+      report: called with what is under way.
     """
-    builder = Builder(tell)
+    builder = Builder(report)
     herd = Herd(config, devices.mesh(device_loop.rings(config)), seed, builder)
     with contextlib.closing(Store(folder, "bench")) as store:
         programs = {name: _build(name, config, herd, builder, store).program for name in WHOLE}
-        take_turns(programs, seconds, tell)
+        take_turns(programs, seconds, report)
     return programs
 
 
@@ -88,7 +88,7 @@ def measure(
     names: Sequence[str],
     seconds: float,
     seed: int,
-    tell: Callable[[str], None],
+    report: Callable[[str], None],
 ) -> list[dict[str, Any]]:
     """A row for each batch, as ``jaxwalk bench`` writes it.
 
@@ -96,13 +96,13 @@ def measure(
       sizes: of the batches, ascending, all divisible by the devices that the first is split over.
       names: stages, in order, the bare step first and the training loop last.
       seconds: for each program and batch, or three calls, whichever is more.
-      tell: called with what is under way.
+      report: called with what is under way.
     """
-    first, builder = of_size(config, sizes[0]), Builder(tell)
+    first, builder = of_size(config, sizes[0]), Builder(report)
     mesh = devices.mesh(device_loop.rings(first))
     herd = Herd(first, mesh, seed, builder)
     ticks = first.train.windows_per_report * first.train.window_ticks
-    tell("compiling the limits")
+    report("compiling the limits")
     calm, commands = herd.unpushed(sizes[0]), herd.followed(sizes[0], ticks)
     cores = runtime.hardware()["hardware"]["cores"]
     threads = mesh.size if jax.default_backend() == "cpu" else cores
@@ -121,7 +121,7 @@ def measure(
         turns = {name: one.program for name, one in built.items()}
         beside = {name: Program(_limit(one.run), 0.0, False) for name, one in in_c.items()}
         beside |= {name: Program(_limit(run), 0.0, False) for name, (run, _) in machine.items()}
-        tell(f"{walkers} walkers, first calls")
+        report(f"{walkers} walkers, first calls")
         try:
             for program in (*turns.values(), *beside.values()):
                 program.run()
@@ -130,7 +130,7 @@ def measure(
                 raise
             rows.append({"walkers": walkers, "skipped": "the memory is exhausted"})
             continue
-        say = partial(_say, tell, f"{walkers} walkers, ")
+        say = partial(_say, report, f"{walkers} walkers, ")
         take_turns(turns, seconds, say, tuple(beside.values()))
         work = {name: float(one.steps) for name, one in in_c.items()}
         work |= {name: amount for name, (_, amount) in machine.items()}
@@ -138,8 +138,8 @@ def measure(
     return rows
 
 
-def _say(tell: Callable[[str], None], of: str, what: str) -> None:
-    tell(of + what)
+def _say(report: Callable[[str], None], of: str, what: str) -> None:
+    report(of + what)
 
 
 def _limit(run: Callable[[], Any]) -> Run:

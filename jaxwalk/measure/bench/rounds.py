@@ -59,12 +59,12 @@ class Builder:
     """Compiles programs, and tells how long that took and which of them JAX found in its cache.
 
     Args:
-      tell: called with what is under way.
+      report: called with what is under way.
     """
 
-    def __init__(self, tell: Callable[[str], None]) -> None:
+    def __init__(self, report: Callable[[str], None]) -> None:
         self.hits = 0
-        self._tell = tell
+        self._report = report
         jax.monitoring.register_event_listener(self._hear)
 
     def _hear(self, event: str, **_: Any) -> None:
@@ -76,7 +76,7 @@ class Builder:
 
     def clocked(self, name: str, compiled: Callable[[], Any]) -> tuple[Any, tuple[float, bool]]:
         """As `build`, where ``compiled`` compiles."""
-        self._tell(f"compiling {name}")
+        self._report(f"compiling {name}")
         begun, before = time.perf_counter(), self.hits
         program = compiled()
         return program, (time.perf_counter() - begun, self.hits > before)
@@ -85,7 +85,7 @@ class Builder:
 def take_turns(
     programs: dict[str, Program],
     seconds: float,
-    tell: Callable[[str], None],
+    report: Callable[[str], None],
     beside: Sequence[Program] = (),
 ) -> None:
     """Round by round, until each was timed for ``seconds`` or `MIN_ROUNDS` calls, whichever is more.
@@ -94,6 +94,6 @@ def take_turns(
       beside: have their turns in every round, too, and do not tell when it is enough.
     """
     while any(len(p.seconds) < MIN_ROUNDS or sum(p.seconds) < seconds for p in programs.values()):
-        tell(f"round {1 + min(len(p.seconds) for p in programs.values())}")
+        report(f"round {1 + min(len(p.seconds) for p in programs.values())}")
         for program in (*programs.values(), *beside):
             program.time()

@@ -35,7 +35,7 @@ def main(args: EvaluateArgs) -> None:
         dataclasses.replace(args, replicas=test.replicas),
         subject.config,
         subject,
-        lambda tell: evaluation.evaluate(subject, test, tell),
+        lambda progress: evaluation.evaluate(subject, test, progress),
         lambda console, result: _print(console, args.policy, result),
     )
 

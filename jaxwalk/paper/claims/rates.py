@@ -17,8 +17,8 @@ def measure(lab: Lab, model: BodyModel) -> Numbers:
 
 
 def checks(numbers: Numbers) -> tuple[Check, ...]:
-    if said := learning.absent(numbers):
-        return said
+    if message := learning.absent(numbers):
+        return message
     out = []
     for full, printed in zip(*(numbers["runs"][name] for name in NAMES), strict=True):
         more = difference(printed["pushed"], full["pushed"])

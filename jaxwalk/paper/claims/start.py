@@ -18,8 +18,8 @@ def measure(lab: Lab, model: BodyModel) -> Numbers:
 
 
 def checks(numbers: Numbers) -> tuple[Check, ...]:
-    if said := learning.absent(numbers):
-        return said
+    if message := learning.absent(numbers):
+        return message
     full, drawn = (
         [float(np.mean(one["curve"]["survival"])) for one in numbers["runs"][name]] for name in NAMES
     )

@@ -17,8 +17,8 @@ def measure(lab: Lab, model: BodyModel) -> Numbers:
 
 
 def checks(numbers: Numbers) -> tuple[Check, ...]:
-    if said := learning.absent(numbers):
-        return said
+    if message := learning.absent(numbers):
+        return message
     out = []
     for name in NAMES:
         for one in numbers["runs"][name]:
