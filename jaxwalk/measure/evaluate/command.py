@@ -21,14 +21,7 @@ if TYPE_CHECKING:
 
 def main(args: EvaluateArgs) -> None:
     """Run ``jaxwalk evaluate``."""
-    subject = named.load(
-        args.policy,
-        speed=args.speed,
-        height=args.height,
-        mass=args.mass,
-        noise=args.noise,
-        model=args.model,
-    )
+    subject = named.asked(args)
     test = PushTest.of(args).sized(subject.config)
     study.carry_out(
         "evaluate",
