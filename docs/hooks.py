@@ -37,8 +37,8 @@ def help_of(name: str) -> str:
 
 def commands() -> str:
     """A section for each command, and a list of them before."""
-    names = list(cli._COMMANDS)
-    listed = [f"| [`{name}`](#{name}) | {cli._COMMANDS[name][1]} |" for name in names]
+    names = list(cli.COMMANDS)
+    listed = [f"| [`{name}`](#{name}) | {cli.COMMANDS[name][1]} |" for name in names]
     sections = [f"## `{name}` {{ #{name} }}\n\n```text\n{help_of(name)}\n```" for name in names]
     return "\n".join(["| command | |", "|---|---|", *listed, ""]) + "\n" + "\n\n".join(sections) + "\n"
 

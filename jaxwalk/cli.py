@@ -6,7 +6,6 @@ Nothing heavy is imported before a command's options have been read and found go
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import difflib
 import functools
 import importlib
@@ -16,13 +15,12 @@ import os
 import shlex
 import sys
 from collections.abc import Sequence
-from typing import Any
 
 from jaxwalk import __version__
 from jaxwalk.common import runtime
 from jaxwalk.common.errors import UserError
 
-_COMMANDS = {  # name: the package of its options and of the command itself; what it does
+COMMANDS = {
     "demo": ("demo", "the shipped policy, pushed, on a page that opens in the browser"),
     "train": ("learn.train", "train a policy into a run folder"),
     "train-baseline": ("learn.brax", "train Brax's PPO or SAC on the same task, to compare with"),
@@ -50,6 +48,7 @@ _COMMANDS = {  # name: the package of its options and of the command itself; wha
     "view": ("show.viewer", "watch a policy walk in MuJoCo's viewer, and push it by the keyboard"),
     "bench": ("measure.bench", "measure the speed of the simulation and of training"),
 }
+"""By its name: the package of its options and of the command itself; what it does."""
 _NEXT = {  # what one would type after each
     "demo": "evaluate shipped",
     "evaluate": "push-map {policy} --out map",
@@ -105,7 +104,7 @@ def _forget_output() -> None:
 
 
 def _dispatch(argv: list[str]) -> int:
-    known = ", ".join(_COMMANDS)
+    known = ", ".join(COMMANDS)
     if not argv:
         raise UserError(f"no command: give one of {known}, or --help")
     name, *rest = argv
@@ -118,8 +117,8 @@ def _dispatch(argv: list[str]) -> int:
     if name == "completion":
         print(_completion(*rest))
         return 0
-    if name not in _COMMANDS:
-        close = difflib.get_close_matches(name, _COMMANDS, n=1)
+    if name not in COMMANDS:
+        close = difflib.get_close_matches(name, COMMANDS, n=1)
         meant = f" (did you mean {close[0]}?)" if close else ""
         raise UserError(f"unknown command {name!r}: give one of {known}{meant}")
     try:
@@ -133,16 +132,11 @@ def _dispatch(argv: list[str]) -> int:
 
 
 def _run(name: str, argv: list[str]) -> None:
-    home = f"jaxwalk.{_COMMANDS[name][0]}"
+    home = f"jaxwalk.{COMMANDS[name][0]}"
     args = importlib.import_module(f"{home}.options").read(argv)
     runtime.setup()
     main = importlib.import_module(f"{home}.command").main
-    if name == "export" and "html" in args.format:
-        kinds = tuple(kind for kind in args.format if kind != "html")
-        if kinds:
-            main(dataclasses.replace(args, format=kinds))
-        _export_page(args)
-    elif name in _RECORDED:
+    if name in _RECORDED:
         main(args, shlex.join(["jaxwalk", name, *argv]))
     else:
         main(args)
@@ -161,7 +155,7 @@ def _completion(shell: str = "", *more: str) -> str:
     import tyro
 
     kinds = []
-    for name, (home, what) in _COMMANDS.items():
+    for name, (home, what) in COMMANDS.items():
         read = importlib.import_module(f"jaxwalk.{home}.options").read
         kind = typing.get_type_hints(read)["return"]
         kinds.append(typing.Annotated[kind, tyro.conf.subcommand(name=name, description=what)])
@@ -172,33 +166,9 @@ def _completion(shell: str = "", *more: str) -> str:
     return script.getvalue()
 
 
-def _export_page(args: Any) -> None:
-    """What ``export --format html``, as pages were once asked for, comes to: render's."""
-    from jaxwalk.common import files
-    from jaxwalk.learn.policies import named
-    from jaxwalk.options import lines
-    from jaxwalk.show.render import command
-    from jaxwalk.show.render.options import RenderArgs
-
-    config = named.load(args.policy, model=args.model).config
-    asked = RenderArgs(
-        args.policy,
-        args.out / "replay.html",
-        speed=config.gait.speed_desired,
-        noise=config.sensors.noise,
-        impulses=RenderArgs.impulses if args.impulses is None else args.impulses,
-        model=args.model,
-        seed=args.seed,
-    )
-    files.make_folder("--out", args.out)
-    asked.check()
-    print(f"jaxwalk: a page is made by {lines.line('render', asked)}", file=sys.stderr)
-    command.main(asked)
-
-
 def _help() -> str:
-    width = max(map(len, _COMMANDS)) + 2
-    commands = "\n".join(f"  {name:<{width}}{what}" for name, (_, what) in _COMMANDS.items())
+    width = max(map(len, COMMANDS)) + 2
+    commands = "\n".join(f"  {name:<{width}}{what}" for name, (_, what) in COMMANDS.items())
     return (
         "usage: jaxwalk COMMAND [options]\n\n"
         "Learned stepping for powered exoskeletons, many walkers at once.\n\n"

@@ -21,7 +21,7 @@ from typing import Any
 
 import jinja2
 
-from jaxwalk.cli import _COMMANDS
+from jaxwalk.cli import COMMANDS
 from jaxwalk.options import lines
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -51,7 +51,7 @@ def stamp(found: Mapping[str, Any]) -> str:
 def command(found: Mapping[str, Any]) -> str:
     """The line that measures it again; what is today's default is left out."""
     name = found["made_by"].removesuffix("-deploy")
-    module = import_module(f"jaxwalk.{_COMMANDS[name][0]}.options")
+    module = import_module(f"jaxwalk.{COMMANDS[name][0]}.options")
     kind = next(one for key, one in vars(module).items() if key.endswith("Args"))
     known = kind.__dataclass_fields__
     told = {

@@ -129,9 +129,9 @@ def _import_mjx_quietly() -> None:
     """``import mujoco.mjx`` less the two lines that it prints about Warp, which is not used here."""
     if "mujoco.mjx" in sys.modules:
         return
-    said = io.StringIO()
-    with contextlib.redirect_stdout(said):
+    output = io.StringIO()
+    with contextlib.redirect_stdout(output):
         importlib.import_module("mujoco.mjx")
-    for line in said.getvalue().splitlines():
+    for line in output.getvalue().splitlines():
         if not line.startswith(("Failed to import warp:", "Failed to import mujoco_warp:")):
             print(line)

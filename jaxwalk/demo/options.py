@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
-from jaxwalk.options.parse import checked
+from jaxwalk.options.parse import reader
 
 
 @dataclass(frozen=True)
@@ -22,20 +21,10 @@ class DemoArgs:
     """Whether it is opened in the browser, where there is one."""
 
     def check(self) -> None:
-        """See that the options can be meant.
-
-        Raises:
-          UserError: an option out of its range.
-        """
+        """As `Options.check`."""
         if self.out.suffix.lower() != ".html":
             raise UserError(f"--out {self.out}: give a file that ends in .html")
         files.check_output("--out", self.out)
 
 
-def read(argv: Sequence[str]) -> DemoArgs:
-    """The options, checked.
-
-    Raises:
-      UserError: one of them is wrong.
-    """
-    return checked(DemoArgs, argv, "demo")
+read = reader(DemoArgs, "demo")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import jax
 import numpy as np
@@ -12,12 +12,10 @@ from rich.table import Table
 
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
-from jaxwalk.export import c, manifest, onnx, selftest, stablehlo, tensors
+from jaxwalk.export import c, manifest, onnx, page, selftest, stablehlo, tensors
+from jaxwalk.export.options import ExportArgs, PageArgs
 from jaxwalk.learn.policies import named, policy
 from jaxwalk.learn.runs import run_folder
-
-if TYPE_CHECKING:
-    from jaxwalk.export.options import ExportArgs
 
 _VECTORS = 64
 WRITERS = {
@@ -92,8 +90,16 @@ def main(args: ExportArgs) -> None:
     Raises:
       UserError: a policy that cannot be had in a format asked for, or a file that fails its test.
     """
+    kinds = tuple(kind for kind in args.format if kind in WRITERS)
+    if kinds:
+        _write_and_show(args, kinds)
+    if isinstance(args, PageArgs):
+        page.write(args)
+
+
+def _write_and_show(args: ExportArgs, kinds: tuple[str, ...]) -> None:
     console = Console(markup=False)
-    written = write(*load(args.policy), args.format, args.out)
+    written = write(*load(args.policy), kinds, args.out)
     table = Table("format", "file", "bytes", "actions", "commands, m or s", title=f"{args.policy}, exported")
     for kind, path in written.items():
         found = selftest.in_fresh_process(kind, path) if args.verify else None

@@ -33,11 +33,7 @@ class ExportArgs:
         return FORMATS
 
     def check(self) -> None:
-        """See that the options can be meant.
-
-        Raises:
-          UserError: an option out of its range.
-        """
+        """As `Options.check`."""
         checks.policy(self.policy)
         for name in self.format:
             if name not in self.formats:

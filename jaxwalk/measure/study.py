@@ -13,7 +13,7 @@ from jaxwalk.config import Config
 from jaxwalk.learn.policies import provenance
 from jaxwalk.learn.policies.named import Subject
 from jaxwalk.measure import screen
-from jaxwalk.measure.screen import Tell
+from jaxwalk.measure.screen import OnProgress
 from jaxwalk.task import backend
 
 Result = dict[str, Any]
@@ -24,7 +24,7 @@ def carry_out(
     args: Any,
     config: Config,
     subject: Subject | None,
-    measure: Callable[[Tell], Result],
+    measure: Callable[[OnProgress], Result],
     show: Callable[[Console, Result], None],
     draw: Callable[[Result], Figure] | None = None,
     table: Callable[[Result], bytes] | None = None,
@@ -51,8 +51,8 @@ def carry_out(
         files.make_folder("--out", folder)
     console = Console(markup=False)
     backend.begin(config, getattr(args, "engine", "mjx"))
-    with screen.bars(console) as tell:
-        result = measure(tell) | provenance.stamp(command, args, subject, config)
+    with screen.bars(console) as progress:
+        result = measure(progress) | provenance.stamp(command, args, subject, config)
     names = [also] if also else []
     if folder is None:
         if args.json is not None:
@@ -66,5 +66,5 @@ def carry_out(
                 files.write_bytes(folder / names[-1], content)
     show(console, result)
     if folder is not None:
-        console.print(f"{', '.join(names)} in {folder}", highlight=False, markup=False, soft_wrap=True)
+        console.print(f"{', '.join(names)} in {folder}", highlight=False, soft_wrap=True)
     return result

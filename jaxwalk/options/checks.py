@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
+from typing import Any
 
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import REFERENCE_HEIGHT, REFERENCE_MASS, BodyConfig, validate
@@ -81,6 +82,14 @@ def replayed(values: Sequence[float]) -> None:
 def push_seconds(option: str, value: float) -> None:
     """A push's duration; what lasts longer is a load."""
     between(option, value, 0.001, 2.0, " s")
+
+
+def walker(options: Any) -> None:
+    """The walker that a command's options ask for: its speed, stature, mass and noise."""
+    if options.speed is not None:
+        between("--speed", options.speed, 0.1, 3.0, " m/s")
+    person(options.height, options.mass)
+    between("--noise", options.noise, 0.0, 100.0, "")
 
 
 def person(height: float | None, mass: float | None) -> None:

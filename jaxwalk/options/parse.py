@@ -70,6 +70,16 @@ def checked(
     return args
 
 
+def reader(kind: type[Checked], command: str) -> Callable[[Sequence[str]], Checked]:
+    """A command's ``read``, which is `checked`."""
+
+    def read(argv: Sequence[str]) -> Checked:
+        return checked(kind, argv, command)
+
+    read.__annotations__["return"] = kind
+    return read
+
+
 def parse_known(kind: type[T], argv: Sequence[str], command: str) -> T:
     """Only the options that ``kind`` has; all others are left for a later look.
 
@@ -118,14 +128,14 @@ def _without_values(argv: Sequence[str], switches: set[tuple[str, str]]) -> list
 
 @contextlib.contextmanager
 def _one_line_errors(command: str) -> Iterator[None]:
-    said = io.StringIO()
+    output = io.StringIO()
     try:
-        with contextlib.redirect_stderr(said):
+        with contextlib.redirect_stderr(output):
             yield
     except SystemExit as stop:
         if not stop.code:
             raise
-        raise UserError(f"{flatten(said.getvalue())}; see jaxwalk {command} --help") from None
+        raise UserError(f"{flatten(output.getvalue())}; see jaxwalk {command} --help") from None
 
 
 def flatten(box: str) -> str:

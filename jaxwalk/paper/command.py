@@ -40,15 +40,15 @@ def main(args: PaperArgs) -> None:
     Store(args, subject, {})  # what is wrong with the one that is there is said before hours of training
     files.make_folder("--out", args.out)
     if args.retrain:
-        tell = partial(console.print, highlight=False)
-        trainings.train(args.trainings, args.out / "runs", tuple(trainings.TRAININGS), tell)
+        report = partial(console.print, highlight=False)
+        trainings.train(args.trainings, args.out / "runs", tuple(trainings.TRAININGS), report)
     backend.begin(subject.config)
     store = Store(args, subject, {name: _inputs(claim, args) for name, claim in claims.items()})
     for name in store.claims:
         _said(claims[name], store)  # what is damaged is said before minutes of measuring
     wanted = [claims[name] for name in NAMES if name in (args.only or NAMES)]
-    with screen.bars(console) as tell_share:
-        lab = Lab(args.policy, args.trainings, args.quick, args.seed, tell_share)
+    with screen.bars(console) as progress:
+        lab = Lab(args.policy, args.trainings, args.quick, args.seed, progress)
         for place, claim in enumerate(wanted, 1):
             which = f"{place} of {len(wanted)}: {claim.name}"
             if claim.name in store.claims:

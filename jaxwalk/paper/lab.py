@@ -62,7 +62,7 @@ class Lab:
     Args:
       policy: whom the claims are put to. trained: folder of `trainings`.
       quick: small samples. seed: of starts and noise.
-      tell: called with what is under way and the share of it that is done.
+      progress: called with what is under way and the share of it that is done.
     """
 
     def __init__(
@@ -71,9 +71,15 @@ class Lab:
         trained: Path,
         quick: bool,
         seed: int,
-        tell: Callable[[str, float], None] = lambda what, share: None,
+        progress: Callable[[str, float], None] = lambda what, share: None,
     ) -> None:
-        self.policy, self.trained, self.quick, self.seed, self.tell = policy, trained, quick, seed, tell
+        self.policy, self.trained, self.quick, self.seed, self.progress = (
+            policy,
+            trained,
+            quick,
+            seed,
+            progress,
+        )
         self._programs = Programs(PushTest(walkers=BATCH, impulses=()))
         self._traces: dict[Any, trace.Trace] = {}
         self._recorders: dict[Any, trace.Recorder] = {}
@@ -116,7 +122,7 @@ class Lab:
         runner = self._programs.of(subject)
         numbers = subject.config.gait if numbers is None else numbers
         profile = Profile.blank() if profile is None else profile
-        return runner.run(subject.params, numbers, profile, scenario, seconds, partial(self.tell, what))
+        return runner.run(subject.params, numbers, profile, scenario, seconds, partial(self.progress, what))
 
     def scenarios(
         self,
@@ -203,7 +209,7 @@ class Lab:
                 self._recorders[model] = trace.Recorder(subject, BATCH)
             walkers = min(sample.walkers, BATCH)
             self._traces[key] = self._recorders[model].record(
-                subject.params, self.seed, walkers, sample.seconds, impulse, partial(self.tell, "traces")
+                subject.params, self.seed, walkers, sample.seconds, impulse, partial(self.progress, "traces")
             )
         return self._traces[key]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal, get_args
@@ -12,7 +11,7 @@ import tyro
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
 from jaxwalk.options import checks
-from jaxwalk.options.parse import POLICIES, OptionalFile, checked
+from jaxwalk.options.parse import POLICIES, OptionalFile, reader
 
 Name = Literal[
     "speed", "filters", "pushes", "pitch", "steps", "phases", "trade", "state", "rates", "start", "loads",
@@ -50,11 +49,7 @@ class PaperArgs:
         return self.out if self.trained is None else self.trained
 
     def check(self) -> None:
-        """See that the options can be meant.
-
-        Raises:
-          UserError: an option out of its range.
-        """
+        """As `Options.check`."""
         checks.policy(self.policy)
         files.check_folder("--out", self.out)
         if self.trained is not None and not self.retrain and not self.trained.is_dir():
@@ -65,10 +60,4 @@ class PaperArgs:
         checks.seed(self.seed)
 
 
-def read(argv: Sequence[str]) -> PaperArgs:
-    """The options, checked.
-
-    Raises:
-      UserError: one of them is wrong.
-    """
-    return checked(PaperArgs, argv, "paper")
+read = reader(PaperArgs, "paper")

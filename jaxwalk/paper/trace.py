@@ -121,7 +121,7 @@ class Recorder:
         walkers: int,
         seconds: float,
         impulse: float,
-        tell: Callable[[float], None],
+        progress: Callable[[float], None],
     ) -> Trace:
         """[walkers, T] on the host; with a push all of it, else from `SETTLE_SECONDS` on."""
         dt, config = self.timestep, self._config
@@ -138,7 +138,7 @@ class Recorder:
             rows = jax.device_get(jax.tree.map(itemgetter(slice(walkers)), rows))
             skip = max(0, late - walked * self._segment)
             kept.append(jax.tree.map(lambda x, skip=skip: x[:, skip:], rows))
-            tell((walked + 1) / segments)
+            progress((walked + 1) / segments)
         return jax.tree.map(lambda *x: np.concatenate(x, axis=1), *kept)
 
 

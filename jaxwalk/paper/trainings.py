@@ -167,12 +167,12 @@ def curve(folder: Path, name: str, seed: int) -> Curve:
     return Curve(*map(tuple, zip(*rows, strict=True)))
 
 
-def train(folder: Path, runs: Path, names: Sequence[str], tell: Any = print, preset: str = "quick") -> None:
+def train(folder: Path, runs: Path, names: Sequence[str], report: Any = print, preset: str = "quick") -> None:
     """All runs of these trainings anew, one after another; one that was interrupted goes on.
 
     Args:
       folder: for policies and curves. runs: for the run folders, ``NAME-SEED``.
-      tell: called with the command of each run as it begins.
+      report: called with the command of each run as it begins.
 
     Raises:
       KeyboardInterrupt: a run was stopped; the next call goes on with it.
@@ -185,7 +185,7 @@ def train(folder: Path, runs: Path, names: Sequence[str], tell: Any = print, pre
             words = TRAININGS[name].words_of(seed, preset)
             if not _has_ended(run):
                 begun = (run / run_folder.METRICS).is_file()
-                tell(shlex.join(["jaxwalk", *words]))
+                report(shlex.join(["jaxwalk", *words]))
                 argv = ["--resume", str(run)] if begun else [*words[1:], "--run-dir", str(run)]
                 command.main(options.read(argv), shlex.join(["jaxwalk", "train", *argv]))
                 if not _has_ended(run):  # Ctrl-C: it stopped where it can go on

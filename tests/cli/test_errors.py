@@ -149,7 +149,7 @@ def test_the_program_itself_exits_with_2_and_no_traceback(terminal, locale):
     assert (done.returncode, done.stderr.decode()) == (2, f"jaxwalk: error: {said}\n")
 
 
-@pytest.mark.parametrize("argv", [["--help"], *([name, "--help"] for name in cli._COMMANDS)])
+@pytest.mark.parametrize("argv", [["--help"], *([name, "--help"] for name in cli.COMMANDS)])
 def test_help_imports_nothing_heavy(argv):
     """What makes --help answer at once, without the noise of a timing."""
     program = (

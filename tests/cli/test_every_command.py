@@ -45,7 +45,7 @@ def refused(tmp_path, capsys, monkeypatch):
 
 
 def test_all_are_here():
-    assert set(OUT) == set(cli._COMMANDS)
+    assert set(OUT) == set(cli.COMMANDS)
 
 
 @pytest.mark.parametrize("command", OUT)

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 SMALL = {  # what the README says, and what a test has the time for
@@ -27,21 +29,32 @@ def test_what_it_links_to_is_there():
 
 
 def test_each_command_it_gives_is_one():
-    from jaxwalk.cli import _COMMANDS
+    from jaxwalk.cli import COMMANDS
 
     given = re.findall(r"^jaxwalk ([a-z-]+)", README, re.MULTILINE)
     assert len(given) == 5
-    assert set(given) <= set(_COMMANDS)
+    assert set(given) <= set(COMMANDS)
 
 
-def test_its_python_runs(tmp_path):
+# The tutorial trains by the same call.
+UNTRAINED = """
+import inspect, jaxwalk
+asked = inspect.signature(jaxwalk.train)
+jaxwalk.train = lambda *args, **options: asked.bind(*args, **options) and "shipped"
+"""
+
+
+@pytest.mark.parametrize(
+    "first", [UNTRAINED, pytest.param("", marks=pytest.mark.slow)], ids=["untrained", ""]
+)
+def test_its_python_runs(tmp_path, first):
     (block,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     for large, small in SMALL.items():
         assert large in block
         block = block.replace(large, small)
     # A process of its own, as the reader's: signatures are not checked there, whole numbers will do.
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    command = [sys.executable, "-c", f"{block}\nassert env.action_size == 2"]
+    command = [sys.executable, "-c", f"{first}{block}\nassert env.action_size == 2"]
     done = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=tmp_path, check=False)
     assert done.returncode == 0, done.stderr
     assert "forward" in done.stdout

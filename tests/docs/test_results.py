@@ -72,8 +72,8 @@ def test_every_measurement_of_the_list_has_a_place_in_docs():
 
 
 def test_every_command_of_the_list_is_one():
-    from jaxwalk.cli import _COMMANDS
+    from jaxwalk.cli import COMMANDS
 
     for _, command, *_ in script("results").jobs():
         first = command.removeprefix("env JAX_NUM_CPU_DEVICES=1 ").split()
-        assert (first[0] == "jaxwalk" and first[1] in _COMMANDS) or (ROOT / first[1]).is_file()
+        assert (first[0] == "jaxwalk" and first[1] in COMMANDS) or (ROOT / first[1]).is_file()

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from jaxwalk.cli import _COMMANDS
+from jaxwalk.cli import COMMANDS
 
 ROOT = Path(__file__).resolve().parents[2]
 _SPEC = importlib.util.spec_from_file_location("docs_hooks", ROOT / "docs" / "hooks.py")
@@ -30,7 +30,7 @@ def page() -> str:
     return HOOKS.commands()
 
 
-@pytest.mark.parametrize("name", _COMMANDS)
+@pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_is_on_the_commands_page(page, name):
     assert f"## `{name}`" in page
     assert f"usage: jaxwalk {name}" in page
@@ -39,7 +39,7 @@ def test_every_command_is_on_the_commands_page(page, name):
 
 def test_help_texts_fit_the_page_and_are_plain(page):
     blocks = re.findall(r"```text\n(.*?)\n```", page, re.DOTALL)
-    assert len(blocks) == len(_COMMANDS)
+    assert len(blocks) == len(COMMANDS)
     assert "\x1b" not in page
     assert max(len(line) for block in blocks for line in block.splitlines()) <= HOOKS.COLUMNS
 

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from jaxwalk import cli
+from jaxwalk.common.parallel import devices
+from jaxwalk.measure.evaluate import evaluation
 
 ENGINES = ("mjx", "mujoco")
 
@@ -17,10 +19,15 @@ def results(tmp_path_factory):
     """By engine."""
     found = {}
     options = "--walkers 8 --seconds 8 --impulses -10,10,400 --phases 2 --replicas 1".split()
-    for engine in ENGINES:
-        file = tmp_path_factory.mktemp("evaluate") / "fixed.json"
-        assert cli.main(["evaluate", "fixed", *options, "--engine", engine, "--json", str(file)]) == 0
-        found[engine] = json.loads(file.read_text())
+    with pytest.MonkeyPatch.context() as patch:
+        # C MuJoCo, called tick by tick, is slow: nobody walks who, nor when nothing, is looked at.
+        patch.setattr(devices, "BLOCK", 8)
+        patch.setattr(evaluation, "BEFORE_PUSH", 4.0)
+        patch.setattr(evaluation, "AFTER_PUSH", 4.0)
+        for engine in ENGINES:
+            file = tmp_path_factory.mktemp("evaluate") / "fixed.json"
+            assert cli.main(["evaluate", "fixed", *options, "--engine", engine, "--json", str(file)]) == 0
+            found[engine] = json.loads(file.read_text())
     return found
 
 

@@ -104,13 +104,12 @@ def small(tmp_path_factory):
     """(rows by kind and value, how often a program was made to move walkers)."""
     out, made = tmp_path_factory.mktemp("generalise"), []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(evaluation, "AFTER_PUSH", 1.0)  # C MuJoCo, called tick by tick, is slow
+        patch.setattr(evaluation, "AFTER_PUSH", 1.0)  # what becomes of the pushed is not looked at
         real = trials.model_of
         patch.setattr(trials, "model_of", lambda *who: made.append(1) or real(*who))
         options = (
             "--walkers 4 --seconds 5 --impulses 10 --phases 1 --only backpack,friction,stature,speed,noise "
-            "--backpacks 15 --frictions 0.02 --statures 2 --speeds 0.8 --noises 0 --beside none "
-            "--engine mujoco"
+            "--backpacks 15 --frictions 0.02 --statures 2 --speeds 0.8 --noises 0 --beside none"
         )
         assert cli.main(["generalise", "fixed", "--out", str(out), *options.split()]) == 0
     rows = json.loads((out / "generalise.json").read_text())["rows"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html.parser
+import io
 import json
 import re
 import shlex
@@ -14,7 +15,7 @@ import pytest
 from PIL import Image
 
 from jaxwalk import cli
-from jaxwalk.common import files, resources
+from jaxwalk.common import figures, files, resources
 from jaxwalk.learn.policies import named, provenance
 from jaxwalk.measure.evaluate import evaluation
 from jaxwalk.measure.push_map import summary
@@ -118,8 +119,10 @@ def folder(stored, tmp_path):
 
 @pytest.fixture
 def asked(monkeypatch):
-    """Evaluations are canned; gives the options of each."""
-    calls = []
+    """Evaluations are canned, pictures blank; gives the options of each."""
+    calls, blank = [], io.BytesIO()
+    Image.new("RGB", (60, 30), "white").save(blank, format="png")
+    monkeypatch.setattr(figures, "png", lambda figure: blank.getvalue())
 
     def recorded(subject, args, *rest, **more):
         calls.append(args)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -37,8 +39,9 @@ def cost(x, mass, smooth, jacobian, stiffness, reference):
     return (x - smooth) @ mass @ (x - smooth) / 2 + stiffness @ pressed**2 / 2
 
 
+@partial(jax.jit, static_argnums=2)
 def solve(batch, start, iterations):
-    return jax.jit(jax.vmap(lambda p, s: newton.minimize(p, s, iterations)))(batch, start)
+    return jax.vmap(lambda p, s: newton.minimize(p, s, iterations))(batch, start)
 
 
 def test_it_ends_at_the_minimum_that_a_general_solver_finds():
@@ -58,10 +61,8 @@ def test_it_ends_at_the_minimum_that_a_general_solver_finds():
 
 def test_three_iterations_leave_little():
     batch, start = problems(1)
-    costs = {
-        n: [cost(np.asarray(solve(batch, start, n)[0][i], float), *of(batch, i)) for i in range(BATCH)]
-        for n in (0, 1, 3, 20)
-    }
+    found = {n: np.asarray(solve(batch, start, n)[0], float) for n in (0, 1, 3, 20)}
+    costs = {n: [cost(x, *of(batch, i)) for i, x in enumerate(each)] for n, each in found.items()}
     assert np.all(np.diff([costs[n] for n in (0, 1, 3)], axis=0) < 0)
     assert np.all(np.array(costs[3]) - costs[20] < 0.01 * (np.array(costs[0]) - costs[20]))
 
@@ -75,9 +76,9 @@ def test_it_begins_at_the_better_of_two_starts():
 
 def test_one_walker_is_solved_as_many_are():
     batch, start = problems()
-    many = solve(batch, start, 3)
+    many, alone = solve(batch, start, 3), jax.jit(newton.minimize, static_argnums=2)
     for i in range(BATCH):
-        one = newton.minimize(jax.tree.map(lambda x, i=i: x[i], batch), start[i], 3)
+        one = alone(jax.tree.map(lambda x, i=i: x[i], batch), start[i], 3)
         jax.tree.map(lambda a, b, i=i: np.testing.assert_allclose(a[i], b, rtol=1e-3, atol=1e-3), many, one)
 
 
@@ -103,17 +104,18 @@ def test_free_of_rows_the_acceleration_is_the_smooth_one():
 def test_the_line_search_is_exact(slope, curvature, rows, rates, stiffness, zero):
     told = [jnp.asarray(x, jnp.float32)[..., None] for x in (slope, curvature, rows, rates, stiffness)]
     # In the third, the row's own slope is part of the whole at a = 0: sum D rate min(0, row) = -0.5.
-    assert float(newton.line_search(*told)[0]) == pytest.approx(zero, abs=1e-5)
+    assert float(jax.jit(newton.line_search)(*told)[0]) == pytest.approx(zero, abs=1e-5)
 
 
 def test_small_systems_are_solved_alone_and_together():
     batch, _ = problems()
     truth = np.linalg.solve(np.asarray(batch.mass, float), np.asarray(batch.smooth, float)[..., None])[..., 0]
-    together = jax.vmap(spd.solve_one)(batch.mass, batch.smooth)
+    together = jax.jit(jax.vmap(spd.solve_one))(batch.mass, batch.smooth)
     np.testing.assert_allclose(together, truth, rtol=1e-4, atol=1e-6)
-    np.testing.assert_allclose(spd.solve_one(batch.mass[2], batch.smooth[2]), truth[2], rtol=1e-4, atol=1e-6)
+    alone = jax.jit(spd.solve_one)(batch.mass[2], batch.smooth[2])
+    np.testing.assert_allclose(alone, truth[2], rtol=1e-4, atol=1e-6)
     # One matrix for many vectors; a batch of batches.
-    shared = jax.vmap(spd.solve_one, in_axes=(None, 0))(batch.mass[2], batch.smooth)
+    shared = jax.jit(jax.vmap(spd.solve_one, in_axes=(None, 0)))(batch.mass[2], batch.smooth)
     np.testing.assert_allclose(shared[2], truth[2], rtol=1e-4, atol=1e-6)
-    twice = jax.vmap(jax.vmap(spd.solve_one))(batch.mass[None], batch.smooth[None])
+    twice = jax.jit(jax.vmap(jax.vmap(spd.solve_one)))(batch.mass[None], batch.smooth[None])
     np.testing.assert_allclose(twice[0], truth, rtol=1e-4, atol=1e-6)

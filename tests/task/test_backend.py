@@ -1,6 +1,7 @@
 """Walkers go the same way by native code as by XLA, and the program says which it is."""
 
 import dataclasses
+import functools
 from functools import partial
 
 import jax
@@ -24,7 +25,8 @@ PLANAR, WALLS = Config(), Config(body=BodyConfig(model="walls"))
 WALKERS = 1000
 
 
-def walked(config, walkers):
+@functools.cache
+def walked(config, walkers=WALKERS):
     """Walkers of all ages, phases, sizes and pushes, none of them lying."""
     task = Task.of(config)
 
@@ -50,19 +52,30 @@ def numbers(tree):
         yield jax.tree_util.keystr(path), np.asarray(jax.random.key_data(x) if key else x)
 
 
-def ticked(config, states):
-    """One tick of ``states`` by native code and by XLA."""
+@functools.cache
+def tick(config):
+    """The programs of one tick by native code and by XLA."""
     task = Task.of(config)
-    ours = jax.jit(jax.vmap(lambda s: walk.scan(stepper.alone, task, 1, s)[0]))(states)
-    theirs = jax.jit(jax.vmap(lambda s: stepper.alone(task, s)[0]))(states)
-    return ours, theirs
+    ours = jax.jit(jax.vmap(lambda s: walk.scan(stepper.alone, task, 1, s)[0]))
+    return ours, jax.jit(jax.vmap(lambda s: stepper.alone(task, s)[0]))
+
+
+def ticked(config, states):
+    """One tick of ``states`` by native code and by XLA, in programs of `WALKERS` each."""
+    count = len(states.asked)
+    parts = []
+    for first in range(0, count, WALKERS):
+        index = np.arange(first, first + WALKERS) % count
+        part = jax.tree.map(lambda x, index=index: x[index], states)
+        parts.append([program(part) for program in tick(config)])
+    return (jax.tree.map(lambda *x: jnp.concatenate(x)[:count], *some) for some in zip(*parts, strict=True))
 
 
 @pytest.mark.parametrize(
     "config", [PLANAR, pytest.param(WALLS, marks=pytest.mark.slow)], ids=["planar", "walls"]
 )
 def test_a_tick_is_xlas(config):
-    states = walked(config, WALKERS)
+    states = walked(config)
     ours, theirs = ticked(config, states)
     far = []
     for (name, x), (_, y) in zip(numbers(ours), numbers(theirs), strict=True):
@@ -79,17 +92,20 @@ def test_a_tick_is_xlas(config):
 
 def test_a_number_that_is_not_finite_is_told_as_xla_does_or_matters_to_nobody():
     """Of one walker each: each number in turn, infinite or none."""
-    state = jax.tree.map(lambda x: x[0], walked(PLANAR, 16))
-    leaves, tree = jax.tree.flatten(state)
-    many, names = [], []
-    for i, (path, leaf) in enumerate(jax.tree.leaves_with_path(state)):
-        if not jnp.issubdtype(leaf.dtype, jnp.floating):
-            continue
-        for at in np.ndindex(leaf.shape):
-            for value in (np.nan, np.inf):
-                many.append(jax.tree.unflatten(tree, [*leaves[:i], leaf.at[at].set(value), *leaves[i + 1 :]]))
-                names.append(f"{jax.tree_util.keystr(path)}{at} {value}")
-    states = jax.tree.map(lambda *x: jnp.stack(x), *many)
+    state = jax.tree.map(lambda x: x[0], walked(PLANAR))
+    places = [
+        (i, at, value, f"{jax.tree_util.keystr(path)}{at} {value}")
+        for i, (path, leaf) in enumerate(jax.tree.leaves_with_path(state))
+        if jnp.issubdtype(leaf.dtype, jnp.floating)
+        for at in np.ndindex(leaf.shape)
+        for value in (np.nan, np.inf)
+    ]
+    names = [name for *_, name in places]
+    leaves, tree = jax.tree.flatten(jax.tree.map(lambda x: jnp.repeat(x[None], len(places), axis=0), state))
+    leaves = [np.array(x) if jnp.issubdtype(x.dtype, jnp.floating) else x for x in leaves]
+    for row, (i, at, value, _) in enumerate(places):
+        leaves[i][row, *at] = value
+    states = jax.tree.unflatten(tree, leaves)
     ours, theirs = ticked(PLANAR, states)
     well = walk.scan(stepper.alone, Task.of(PLANAR), 1, state)[0]
     for k, name in enumerate(names):
@@ -97,9 +113,8 @@ def test_a_number_that_is_not_finite_is_told_as_xla_does_or_matters_to_nobody():
             continue
         assert bool(theirs.broken[k]), f"{name}: broken by native code alone"
         # What JAX multiplied by nought moves nothing, but stands where it stood.
-        for (where, x), (_, y) in zip(
-            numbers(jax.tree.map(lambda x, k=k: x[k], ours)), numbers(well), strict=True
-        ):
+        mine = jax.tree.map(lambda x, k=k: x[k], ours)
+        for (where, x), (_, y) in zip(numbers(mine), numbers(well), strict=True):
             assert (x == y).all() or name.startswith(where), f"{name}: moves {where}"
 
 
@@ -145,7 +160,7 @@ def test_whatever_walks_goes_as_by_xla(way):
 
 
 def test_noise_is_the_walkers_own():
-    state = jax.tree.map(lambda x: x[0], walked(PLANAR, 16)).walker
+    state = jax.tree.map(lambda x: x[0], walked(PLANAR)).walker
     found = walk.scan(_noise, None, 1, state)[1][0]
     np.testing.assert_allclose(found, walker.noise(state, 1)[0], rtol=1e-6, atol=1e-6)
 

@@ -223,7 +223,7 @@ class _Run:
         self.footsteps = footsteps
         origin = dict(seed=self.args.seed, command=self.command, footsteps=footsteps)
         converted = convert(self.config, metrics["params"], **origin, score=None)
-        marks, _ = self.exam(devices.here(policy.without_origin(converted), devices.mesh()))
+        marks, _ = self.exam(policy.without_origin(converted))
         found = convert(self.config, metrics["params"], **origin, score=marks.score)
         told = {name: float(x) for name, x in metrics.items() if name.startswith("training/")}
         row = {"footsteps": footsteps, "seconds": time.perf_counter() - self.started, **told}

@@ -10,7 +10,7 @@ import tyro
 
 from jaxwalk.common.errors import UserError
 from jaxwalk.learn.runs import run_folder
-from jaxwalk.options import checks
+from jaxwalk.options import checks, shared
 from jaxwalk.options.parse import OptionalFile, checked
 
 
@@ -40,11 +40,7 @@ class PPO:
     """Standard deviation of the first policy, before tanh."""
 
     def check(self) -> None:
-        """See that the options can be meant.
-
-        Raises:
-          UserError: an option out of its range.
-        """
+        """As `Options.check`."""
         for name in ("walkers", "unroll_length", "batch_size", "minibatches", "epochs"):
             checks.whole(f"--{name.replace('_', '-')}", getattr(self, name))
         if self.batch_size * self.minibatches % self.walkers:
@@ -81,11 +77,7 @@ class SAC:
     """Standard deviation of the first policy, before tanh."""
 
     def check(self) -> None:
-        """See that the options can be meant.
-
-        Raises:
-          UserError: an option out of its range.
-        """
+        """As `Options.check`."""
         for name in ("walkers", "batch_size"):
             checks.whole(f"--{name.replace('_', '-')}", getattr(self, name))
         checks.whole("--warmup", self.warmup, least=0)
@@ -103,8 +95,7 @@ class SAC:
 class _Common:
     run_dir: OptionalFile = None
     """Folder for the results, new or without a run in it. Default: runs/<date>-<time>."""
-    seed: int = 0
-    """Seed of everything that is drawn at random."""
+    seed: shared.Seed = 0
     footsteps: int = 80_000
     """Footsteps gathered before training ends, rounded up to whole rounds."""
     evaluations: int = 16

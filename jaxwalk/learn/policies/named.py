@@ -93,6 +93,16 @@ def load(
     return Subject(name, config, policy.without_origin(loaded), policy.act)
 
 
+def asked(options: Any) -> Subject:
+    """As `load`, what a command's options of these names ask for.
+
+    Raises:
+      UserError: as there.
+    """
+    told = {name: getattr(options, name) for name in ("speed", "height", "mass", "noise", "model")}
+    return load(options.policy, **told)
+
+
 def configured(path: Path, loaded: policy.Policy) -> Config:
     """The configuration of the run that ``loaded`` comes from, the file ``path``.
 

@@ -75,12 +75,12 @@ class _Sweep:
             self.failures.clear()
             raise
         except (Exception, KeyboardInterrupt) as error:
-            said = " ".join(f"{type(error).__name__}: {error}".split())
-            said = str(error) if isinstance(error, UserError) else said[:300]
-            trial.set_user_attr("error", said)
-            print(f"trial {trial.number} failed: {said}", flush=True)
+            message = " ".join(f"{type(error).__name__}: {error}".split())
+            message = str(error) if isinstance(error, UserError) else message[:300]
+            trial.set_user_attr("error", message)
+            print(f"trial {trial.number} failed: {message}", flush=True)
             self.interrupted = isinstance(error, Interrupted)
-            self.failures.append(said)
+            self.failures.append(message)
             raise
         self.failures.clear()
         print(f"trial {trial.number}: score {score:.3f}", flush=True)

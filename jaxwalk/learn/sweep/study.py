@@ -164,8 +164,8 @@ def one_line_errors(storage: str) -> Iterator[None]:
         yield
     except known as error:
         where = space.without_password(storage)
-        said = space.without_password(" ".join(str(getattr(error, "orig", None) or error).split()))
+        message = space.without_password(" ".join(str(getattr(error, "orig", None) or error).split()))
         raise UserError(
-            f"--storage {where}: cannot be used ({said:.200}); give a journal's path, or the URL of a "
+            f"--storage {where}: cannot be used ({message:.200}); give a journal's path, or the URL of a "
             "database that answers"
         ) from error

@@ -25,24 +25,24 @@ def of_rules(config: Config, seed: int) -> dict[str, Marks]:
     marks: dict[str, Marks] = {}
     for seen, group in grouped.items():
         exam = Exam(seen, rules.act, mesh, seed, scenarios.FINALS, finals.IMPULSES, finals.REPLICAS)
-        marks |= {n: exam(devices.here((rules.strong(r), person), mesh))[0] for n, r in group.items()}
+        marks |= {n: exam((rules.strong(r), person))[0] for n, r in group.items()}
     return marks
 
 
 def lines(folder: Path) -> list[str]:
     """What the end of a run says: how its policy fares, and what one would type next."""
-    said, summary = [], run_folder.read_summary(folder)
+    messages, summary = [], run_folder.read_summary(folder)
     settled = summary.get("finals")
     if summary.get("interrupted"):
-        said.append(f"it goes on by {shlex.join(['jaxwalk', 'train', '--resume', str(folder)])}")
+        messages.append(f"it goes on by {shlex.join(['jaxwalk', 'train', '--resume', str(folder)])}")
     if settled:
         own = settled[0]
-        said.append(f"it survives {own['survival']:.1%} of the finals' pushes at {own['speed']:.2f} m/s")
+        messages.append(f"it survives {own['survival']:.1%} of the finals' pushes at {own['speed']:.2f} m/s")
         if found := of_rules(run_folder.load_config(folder), run_folder.load_origin(folder).seed):
             name, rule = max(found.items(), key=lambda one: one[1].survival)
-            said[-1] += (
+            messages[-1] += (
                 f"; of the rules that learn nothing, {name} is best: "
                 f"{rule.survival:.1%} at {rule.speed:.2f} m/s"
             )
     page = shlex.join(["jaxwalk", "render", str(folder), "--out", f"{folder}.html"])
-    return [*said, f"next: {page}"]
+    return [*messages, f"next: {page}"]

@@ -77,7 +77,7 @@ class Exam:
         impulses: Sequence[float] = IMPULSES,
         replicas: int = 1,
     ) -> None:
-        self.config, self.act = config, act
+        self.config, self.act, self._mesh = config, act, mesh
         rows = [(impulse, phase / PHASES) for impulse in impulses for phase in range(PHASES)]
         calm = CALM
         if backend.native_here(Setup.of(config)):
@@ -91,8 +91,8 @@ class Exam:
         self.profile = Profile.blank()
 
     def __call__(self, params: Params) -> tuple[Marks, Trial]:
-        """Run all scenarios, without exploration; ``params`` as `devices.here` gives them."""
-        mine = collectives.share(len(self.is_calm))
+        """Run all scenarios, without exploration; ``params`` are the same on whatever devices they are."""
+        mine, params = collectives.share(len(self.is_calm)), devices.here(params, self._mesh)
         own = jax.tree.map(lambda x: x[mine], self.scenarios)
         trials = collectives.gather(self.runner.run(params, self.config.gait, self.profile, own, SECONDS))
         trials = jax.tree.map(lambda x: x[: len(self.is_calm)], trials)

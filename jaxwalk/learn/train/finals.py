@@ -7,13 +7,12 @@ under a small push goes unseen. The few best meet fresh starts and noise, and al
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import jax
 import jax.numpy as jnp
 from jax.sharding import Mesh
 
-from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
 from jaxwalk.learn.policies import policy
 from jaxwalk.learn.policies.policy import Policy
@@ -29,15 +28,11 @@ class Finals:
 
     Args:
       seed: of the run.
-
-    Attributes:
-      examine: gives the marks of policies; who examines several runs at once puts another in its place.
     """
 
     def __init__(self, config: Config, mesh: Mesh, seed: int) -> None:
         self._config, self._mesh, self._seed, self._most = config, mesh, seed, config.train.finalists
         self._entered: list[tuple[Policy, float]] = []
-        self.examine: Callable[[Sequence[Policy]], Sequence[Marks]] = self._examine
 
     def enter(self, candidate: Policy, score: float) -> None:
         """A policy and the score of its evaluation; those that cannot win any more are dropped.
@@ -60,19 +55,23 @@ class Finals:
         return [] if self._most < 2 else [one for one, _ in self._entered]
 
     def settle(self) -> list[tuple[Policy, Marks]]:
-        """The finalists with their marks, the winner first; of equals, the one that was evaluated better.
+        """The finalists with their marks, as they are `examine`d, the winner first: see `settled`."""
+        return self.settled(self.examine(self.finalists))
 
-        Empty where fewer than two are to meet: then the best evaluation stands.
+    def settled(self, marks: Sequence[Marks]) -> list[tuple[Policy, Marks]]:
+        """The finalists with their ``marks``, the winner first; of equals, the one that was evaluated better.
+
+        Empty where there are none: then the best evaluation stands.
         """
-        examined = zip(self.finalists, self.examine(self.finalists), strict=True)
-        return sorted(examined, key=lambda found: -found[1].score)
+        return sorted(zip(self.finalists, marks, strict=False), key=lambda found: -found[1].score)
 
     def exam(self) -> Exam:
         """What the finalists are put through; its parameters are a policy without origin."""
         return Exam(self._config, policy.act, self._mesh, self._seed, scenarios.FINALS, IMPULSES, REPLICAS)
 
-    def _examine(self, policies: Sequence[Policy]) -> list[Marks]:
+    def examine(self, policies: Sequence[Policy]) -> list[Marks]:
+        """The marks of each."""
         if not policies:
             return []
         exam = self.exam()
-        return [exam(devices.here(policy.without_origin(one), self._mesh))[0] for one in policies]
+        return [exam(policy.without_origin(one))[0] for one in policies]

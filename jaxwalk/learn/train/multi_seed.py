@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import jax
 import numpy as np
@@ -14,18 +15,16 @@ import numpy as np
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
-from jaxwalk.learn.ddpg import learner
 from jaxwalk.learn.policies import policy
 from jaxwalk.learn.runs import run_folder, seeds_folder
 from jaxwalk.learn.runs.progress import Progress
 from jaxwalk.learn.runs.run_folder import RunFolder
 from jaxwalk.learn.train import lanes, out_of_resources, seeds_summary
-from jaxwalk.learn.train.device_loop import Counts
-from jaxwalk.learn.train.evaluation import Assessor, Marks
+from jaxwalk.learn.train.evaluation import Marks
 from jaxwalk.learn.train.interrupt import Stop
 from jaxwalk.learn.train.lane_evaluation import Exams
 from jaxwalk.learn.train.lanes import Lanes
-from jaxwalk.learn.train.trainer import Training
+from jaxwalk.learn.train.trainer import Advance, Asked, Assess, Settle, Training
 from jaxwalk.task import collect
 
 _RATE = "train/footsteps_per_second"
@@ -90,9 +89,9 @@ def _train(
                 config, folder, run_folder.identity(folder.path), seed, command, devices.mesh(1), voice, stop
             )
             stack.enter_context(contextlib.closing(one))
-            trainings.append(_Seed(one, voice, Assessor(config, devices.mesh(1), seed)))
             if resumed:
                 one.restore()
+            trainings.append(_Seed(one, voice, one.course()))
         _Many(config, trainings, progress, stop).go()
     failed = {one.run.seed: one.failed for one in trainings if one.failed}
     seeds_summary.conclude(parent, {seed: str(error) for seed, error in failed.items()})
@@ -119,131 +118,89 @@ class _Seed:
     """One of the trainings.
 
     Attributes:
-      run: as it would be alone, but that others advance and examine it.
-      voice: what it tells.
-      assessor: judges its examinations.
+      run: as it would be alone. voice: what it tells.
+      course: of the run. asked: what it waits for; None: it has ended.
       failed: why it ended before its time.
     """
 
     run: Training
     voice: _Voice
-    assessor: Assessor
+    course: Generator[Asked, Any, None]
+    asked: Asked | None = None
     failed: UserError | None = None
 
-    @property
-    def footsteps(self) -> int:
-        return int(self.run.state.footsteps)
-
-    def report(self, counts: Counts, seconds: float) -> None:
-        self.run.report(self.footsteps, counts, seconds)
-
-    @contextlib.contextmanager
-    def alone(self) -> Iterator[None]:
-        """Within it, what fails ends this seed's training, and no other's."""
+    def go_on(self, answer: Any = None) -> None:
+        """On to what it asks for next. What fails ends this seed's training, and no other's."""
         try:
-            yield
+            self.asked = self.course.send(answer)
+        except StopIteration:
+            self.asked = None
         except UserError as error:
-            self.failed = error
+            self.asked, self.failed = None, error
             self.voice.note(str(error))
 
 
 class _Many:
+    """Answers at once what several trainings ask for."""
+
     def __init__(self, config: Config, trainings: Sequence[_Seed], progress: Progress, stop: Stop) -> None:
         self.config, self.seeds, self.progress, self.stop = config, trainings, progress, stop
         self.mesh = lanes.mesh(len(trainings))
         self.lanes = Lanes(config, [one.run.state for one in trainings], self.mesh)
-        self.exams = Exams(config, [one.assessor.exam for one in trainings], self.mesh)
+        self.exams = Exams(config, [one.run.assess.exam for one in trainings], self.mesh)
 
     def go(self) -> None:
-        total = self.config.train.footsteps
-        while True:
-            self._evaluate()
-            live = [not one.failed and one.footsteps < total for one in self.seeds]
-            if self.stop.wanted or not any(live):
-                break
-            for one in self._those(live):
-                with one.alone():
-                    one.run.save_if_due()
-            self._advance(live)
-        self._finish()
+        for one in self.seeds:
+            one.go_on()
+        while any(one.asked for one in self.seeds):
+            # Whoever has got further waits for the others.
+            for kind, answer in ((Assess, self._assess), (Advance, self._advance), (Settle, self._settle)):
+                if any(asking := [isinstance(one.asked, kind) for one in self.seeds]):
+                    answer(asking)
+                    break
 
-    def _those(self, wanted: Sequence[bool]) -> list[_Seed]:
-        return [one for one, is_wanted in zip(self.seeds, wanted, strict=True) if is_wanted]
+    def _asking(self, asking: Sequence[bool]) -> list[_Seed]:
+        return [one for one, is_asking in zip(self.seeds, asking, strict=True) if is_asking]
 
-    def _evaluate(self) -> None:
-        """Evaluate, all at once, the seeds whose turn has come."""
-        due = [
-            not one.failed
-            and one.run.evaluation_due(one.footsteps)
-            and not (one.run.rows and self.stop.wanted)
-            for one in self.seeds
-        ]
-        if not any(due):
-            return
-        learners = [learner.averaged(one.run.state.learner) for one in self.seeds]
-        found = self.exams(learners, due)
-        for one, is_due, examined in zip(self.seeds, due, found, strict=True):
-            if is_due:
-                judge = one.assessor.judge
-                one.run.assess = lambda state, judge=judge, examined=examined: judge(state, *examined)
-                with one.alone():
-                    one.run.evaluate(one.footsteps)
+    def _assess(self, asking: Sequence[bool]) -> None:
+        learners = [one.asked.learner if isinstance(one.asked, Assess) else None for one in self.seeds]
+        spare = next(filter(None, learners))
+        found = self.exams([own or spare for own in learners], asking)
+        for one, own, examined in zip(self.seeds, learners, found, strict=True):
+            if own:
+                one.go_on(one.run.assess.judge(own, *examined))
 
-    def _advance(self, live: Sequence[bool]) -> None:
+    def _advance(self, asking: Sequence[bool]) -> None:
         begun = time.perf_counter()
-        self.lanes.advance(live)
-        taken = {lane: self.lanes.take(lane) for lane, is_live in enumerate(live) if is_live}
+        self.lanes.advance(asking)
+        taken = {lane: self.lanes.take(lane) for lane, is_asking in enumerate(asking) if is_asking}
         jax.block_until_ready(taken)
         seconds = time.perf_counter() - begun
+        moved = self._asking(asking)
         for lane, state in taken.items():
             one = self.seeds[lane]
             one.run.state = state
-            if len(one.run.rows) == 1:
-                one.run.record.compile_seconds += seconds
-            with one.alone():
-                one.report(jax.device_get(state.counts), seconds)
+            one.go_on(seconds)
             if one.run.state is not state:  # it went back
                 self.lanes.put(lane, one.run.state)
-        rows = [one.voice.row for one in self._those(live)]
-        self.progress.update(sum(one.footsteps for one in self.seeds), _together(rows))
+        made = sum(int(one.run.state.footsteps) for one in self.seeds)
+        self.progress.update(made, _together([one.voice.row for one in moved]))
 
-    def _finish(self) -> None:
-        interrupted = self.stop.wanted  # asked once: what comes later finds all of them finished
-        if self.config.train.checkpoint_seconds > 0:
-            for one in self._standing():
-                with one.alone():
-                    one.run.save(wait=interrupted)
-        if not interrupted:
-            self._examine_finalists()
-        for one in self._standing():
-            with one.alone():
-                one.run.finish(one.footsteps, interrupted)
-
-    def _standing(self) -> list[_Seed]:
-        return [one for one in self.seeds if not one.failed]
-
-    def _examine_finalists(self) -> None:
-        """The first ones of all seeds at once, then the second ones, and so on, for `Finals.settle`."""
-        finalists = [[] if one.failed else one.run.finals.finalists for one in self.seeds]
-        rounds = max(map(len, finalists))
-        if not rounds:
-            return
-        self.progress.note("the best policies of each seed meet more pushes")
+    def _settle(self, asking: Sequence[bool]) -> None:
+        """The first finalists of all seeds meet at once, then the second ones, and so on."""
+        finalists = [one.asked.finalists if isinstance(one.asked, Settle) else [] for one in self.seeds]
         exams = Exams(self.config, [one.run.finals.exam() for one in self.seeds], self.mesh)
         marks: list[list[Marks]] = [[] for _ in self.seeds]
         spare = next(policies[0] for policies in finalists if policies)
-        for turn in range(rounds):
+        for turn in range(0 if self.stop.wanted else max(map(len, finalists))):
             live = [turn < len(policies) for policies in finalists]
-            there = [
-                policies[turn] if is_live else spare
-                for policies, is_live in zip(finalists, live, strict=True)
-            ]
+            there = [own[turn] if is_live else spare for own, is_live in zip(finalists, live, strict=True)]
             found = exams([policy.without_origin(one) for one in there], live)
-            for lane, (mark, _) in enumerate(found):
-                if live[lane]:
-                    marks[lane].append(mark)
+            for own, is_live, (mark, _) in zip(marks, live, found, strict=True):
+                own.extend([mark] * is_live)
         for one, own in zip(self.seeds, marks, strict=True):
-            one.run.finals.examine = lambda _, own=own: own
+            if isinstance(one.asked, Settle):
+                one.go_on(own or None)
 
 
 def _together(rows: Sequence[Mapping[str, float | int]]) -> dict[str, float]:

@@ -13,7 +13,7 @@ from jaxwalk.common.parallel.launch import Place
 from jaxwalk.config import Config, validate
 from jaxwalk.config.presets import PRESETS, PresetName, of_machine
 from jaxwalk.learn.runs import run_folder, seeds_folder
-from jaxwalk.options import checks
+from jaxwalk.options import checks, shared
 from jaxwalk.options.parse import OptionalFile, checked, parse_known
 
 
@@ -34,8 +34,7 @@ class TrainArgs:
     """Folder for the results, new or without a run in it. Default: runs/<date>-<time>."""
     resume: OptionalFile = None
     """Go on with the stopped run in this folder, whose seed and configuration hold."""
-    seed: int = 0
-    """Seed of everything that is drawn at random."""
+    seed: shared.Seed = 0
     seeds: int = 1
     """Independent trainings in one program, of the seeds from --seed on: a run folder for each."""
     distributed: bool = False

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
-from collections.abc import Callable
-from dataclasses import asdict
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import jax
@@ -17,12 +18,13 @@ from jaxwalk.config import Config
 from jaxwalk.learn.ddpg import learner
 from jaxwalk.learn.ddpg.learner import LearnerState
 from jaxwalk.learn.policies import policy
+from jaxwalk.learn.policies.policy import Policy
 from jaxwalk.learn.runs import picture
 from jaxwalk.learn.runs.progress import Progress
 from jaxwalk.learn.runs.run_folder import RunFolder
 from jaxwalk.learn.train import checkpoint, device_loop, restore
 from jaxwalk.learn.train.checkpoint import Checkpoint, Store
-from jaxwalk.learn.train.evaluation import Assessment, Assessor
+from jaxwalk.learn.train.evaluation import Assessment, Assessor, Marks
 from jaxwalk.learn.train.finals import Finals
 from jaxwalk.learn.train.interrupt import Stop
 from jaxwalk.learn.train.run_state import Past, Record
@@ -33,8 +35,30 @@ Watch = Callable[[int, Assessment], bool]
 """Sees (footsteps, what was found) after each evaluation; true ends the run as Ctrl-C would."""
 
 
+@dataclass(frozen=True)
+class Assess:
+    """A run asks for the `Assessment` of its averaged learner."""
+
+    learner: LearnerState
+
+
+@dataclass(frozen=True)
+class Advance:
+    """A run asks for its state a report's windows further, and for the seconds that took."""
+
+
+@dataclass(frozen=True)
+class Settle:
+    """A run asks for the `Marks` of its finalists; None: it has been interrupted, and ends without."""
+
+    finalists: list[Policy]
+
+
+Asked = Assess | Advance | Settle
+
+
 class Training:
-    """A run in its folder. `go` leads it; who leads several runs at once calls its parts.
+    """A run in its folder. `go` leads it; who leads several runs at once answers what their `course` asks.
 
     Attributes:
       state: of the loop. advance: a report's windows further.
@@ -59,7 +83,7 @@ class Training:
         self.started = time.perf_counter()
         self.state = device_loop.init(config, mesh, seed)
         self.advance: Any = device_loop.make(config, mesh)
-        self.assess: Callable[[LearnerState], Assessment] = Assessor(config, mesh, seed)
+        self.assess = Assessor(config, mesh, seed)
         self.finals = Finals(config, mesh, seed)
         self.record = Record()
         self.rows: list[dict[str, Any]] = []
@@ -123,35 +147,67 @@ class Training:
         return self.record.seconds + time.perf_counter() - self.started
 
     def go(self) -> None:
-        """Train, report, evaluate and save until all footsteps are made or somebody ends it; `finish`."""
-        total = self.config.train.footsteps
+        """Lead the run to its end."""
         if collectives.count() > 1:  # as in `device_loop.init`
             self.advance = self.advance.lower(self.state).compile()
             collectives.barrier()
+        course, answer = self.course(), None
+        with contextlib.suppress(StopIteration):
+            while True:
+                answer = self._answer(course.send(answer))
+
+    def _answer(self, asked: Asked) -> Any:
+        if isinstance(asked, Assess):
+            return self.assess(asked.learner)
+        if isinstance(asked, Settle):
+            return self.finals.examine(asked.finalists)
+        begun = time.perf_counter()
+        self.state = jax.block_until_ready(self.advance(self.state))
+        return time.perf_counter() - begun
+
+    def course(self) -> Generator[Asked, Any, None]:
+        """Report, evaluate and save until all footsteps are made or somebody ends it; then settle which
+        policy is kept, write the summary, and draw and tell how it ended.
+
+        It asks for what is computed, and is sent that.
+
+        Raises:
+          UserError: training diverged, no evaluation came to a finite score, or a disk is full.
+        """
+        total = self.config.train.footsteps
         while True:
             footsteps = int(self.state.footsteps)
-            if self.evaluation_due(footsteps) and not (self.rows and self._stop_wanted()):
-                self.evaluate(footsteps)
+            if self._evaluation_due(footsteps) and not (self.rows and self._stop_wanted()):
+                current = devices.here(learner.averaged(self.state.learner), self.mesh)
+                self._evaluated(footsteps, current, (yield Assess(current)))
             interrupted = self._stop_wanted()
             if footsteps >= total or interrupted:
                 break
             self.save_if_due()
-            begun = time.perf_counter()
-            self.state = self.advance(self.state)
-            counts = jax.device_get(self.state.counts)
-            seconds = time.perf_counter() - begun
+            seconds = yield Advance()
             if len(self.rows) == 1:
                 self.record.compile_seconds += seconds
-            self.report(int(self.state.footsteps), counts, seconds)
+            self.report(int(self.state.footsteps), jax.device_get(self.state.counts), seconds)
         if self.config.train.checkpoint_seconds > 0:
             self.save(wait=interrupted)
-        self.finish(footsteps, interrupted)
+        if not self.record.found:
+            raise Agreed(
+                f"no evaluation of the run in {self.folder.path} came to a finite score: no policy "
+                "is kept; begin a run with other --physics, --gait or --body options"
+            )
+        # Who interrupts wants to end: the best by the evaluations stands.
+        marks = []
+        if not interrupted and (finalists := self.finals.finalists):
+            self.progress.note("the best policies meet more pushes")
+            marks = yield Settle(finalists)
+        interrupted = interrupted or marks is None
+        self._finish(footsteps, interrupted, self._settle(marks or []))
 
     def _stop_wanted(self) -> bool:
         """Whether any of the processes was told to stop: so all do."""
         return collectives.any_process(self.stop.wanted)[0]
 
-    def evaluation_due(self, footsteps: int) -> bool:
+    def _evaluation_due(self, footsteps: int) -> bool:
         """Whether one of the evaluations, the first at 0, has come due since the latest."""
         train = self.config.train
         due = (train.footsteps * i / train.evaluations for i in range(train.evaluations + 1))
@@ -230,10 +286,8 @@ class Training:
             f"with a lower --ddpg.critic-lr or --ddpg.actor-lr; jaxwalk train --resume {path} shows it again"
         )
 
-    def evaluate(self, footsteps: int) -> None:
-        """Examine the averaged learner, and keep its policy; as the best one if it is."""
-        current = devices.here(learner.averaged(self.state.learner), self.mesh)
-        found = self.assess(current)
+    def _evaluated(self, footsteps: int, current: LearnerState, found: Assessment) -> None:
+        """Keep the policy of the averaged learner, in which so much was found; as the best one if it is."""
         record = self.record
         if not self.rows:
             record.compile_seconds += time.perf_counter() - self.started
@@ -271,32 +325,18 @@ class Training:
             picture.training_png(self.rows, self.folder.picture)
         self.drawn = time.perf_counter()
 
-    def _settle(self) -> list[dict[str, Any]]:
+    def _settle(self, marks: Sequence[Marks]) -> list[dict[str, Any]]:
         """Keep the winner of the finals; gives the finalists' marks, the winner's first."""
-        if self.config.train.finalists > 1:
-            self.progress.note("the best policies meet more pushes")
-        settled = self.finals.settle()
+        settled = self.finals.settled(marks)
         if not settled:
             return []
         winner = settled[0][0]
         self.record.best = winner.metadata.footsteps
         if self.folder.writes:
             policy.save(winner, self.folder.policy)
-        return [{"footsteps": one.metadata.footsteps, **asdict(marks)} for one, marks in settled]
+        return [{"footsteps": one.metadata.footsteps, **asdict(found)} for one, found in settled]
 
-    def finish(self, footsteps: int, interrupted: bool) -> None:
-        """Settle which policy is kept, write the summary, and draw and tell how it ended.
-
-        Raises:
-          Agreed: no evaluation came to a finite score.
-        """
-        if not self.record.found:
-            raise Agreed(
-                f"no evaluation of the run in {self.folder.path} came to a finite score: no policy "
-                "is kept; begin a run with other --physics, --gait or --body options"
-            )
-        # Who interrupts wants to end: the best by the evaluations stands.
-        finals = [] if interrupted else self._settle()
+    def _finish(self, footsteps: int, interrupted: bool, finals: list[dict[str, Any]]) -> None:
         self._write_summary(footsteps, interrupted, finals)
         if self.store is not None and not interrupted:
             self.store.clear()

@@ -15,7 +15,7 @@ from jaxwalk.measure import study
 from jaxwalk.measure.agreement import differences, picture
 from jaxwalk.measure.evaluate import evaluation
 from jaxwalk.measure.protocol import PushTest
-from jaxwalk.measure.screen import Tell
+from jaxwalk.measure.screen import OnProgress
 
 if TYPE_CHECKING:
     from jaxwalk.measure.agreement.options import AgreementArgs
@@ -23,12 +23,16 @@ if TYPE_CHECKING:
 TOLD = ("walking", "pushes", "threshold")  # of an evaluation, for each engine
 
 
-def agreement(subject: Subject, test: PushTest, tell: Tell = lambda what, share: None) -> dict[str, Any]:
+def agreement(
+    subject: Subject, test: PushTest, progress: OnProgress = lambda what, share: None
+) -> dict[str, Any]:
     """The same trials by both engines, and how they differ."""
     engines = {}
     for engine in get_args(Engine):
         by = dataclasses.replace(test, engine=engine)
-        found = evaluation.evaluate(subject, by, lambda what, share, by=engine: tell(f"{by}: {what}", share))
+        found = evaluation.evaluate(
+            subject, by, lambda what, share, by=engine: progress(f"{by}: {what}", share)
+        )
         engines[engine] = {name: found[name] for name in TOLD}
     first, second = engines.values()
     return {"engines": engines, **differences.compare(first, second, test.walkers, test.cell)}
@@ -43,7 +47,7 @@ def main(args: AgreementArgs) -> None:
         args,
         subject.config,
         subject,
-        lambda tell: agreement(subject, PushTest.of(args), tell),
+        lambda progress: agreement(subject, PushTest.of(args), progress),
         lambda console, result: _print(console, args.policy, result),
         lambda result: picture.draw(result, title),
     )

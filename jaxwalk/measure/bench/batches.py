@@ -1,48 +1,56 @@
-"""Stages of a tick over batch sizes: all of one batch take turns, with the machine's limits among them."""
+"""The programs of a batch take turns; over batch sizes, with the machine's limits among them.
+
+Of a batch, the bare step and what is one walker's alone begin every call with the same walkers in mid-step,
+unpushed; the bare step replays the tick's own joint commands, so both go through the same motion and the
+same contacts. Training goes on training, the push map's walkers go on walking.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import os
 import statistics
 from collections.abc import Callable, Sequence
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.sharding import Mesh
 
 from jaxwalk.common import runtime
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
-from jaxwalk.learn.ddpg.replay_buffer import Replay
-from jaxwalk.learn.train import device_loop
+from jaxwalk.learn.policies import named
+from jaxwalk.learn.train import checkpoint, device_loop
+from jaxwalk.learn.train.checkpoint import Checkpoint, Store
 from jaxwalk.learn.train.device_loop import TrainState
 from jaxwalk.measure.bench import costs, limits, stages
-from jaxwalk.measure.bench.programs import record, sharded, split, walk_ticks
-from jaxwalk.measure.bench.rounds import BARE, BY_XLA, LOOP, TICK, Builder, Program, take_turns
+from jaxwalk.measure.bench.herd import Herd, of_size
+from jaxwalk.measure.bench.programs import sharded, walk_ticks
+from jaxwalk.measure.bench.rounds import (
+    BARE,
+    BY_XLA,
+    LOOP,
+    MAP,
+    SAVING,
+    TICK,
+    Builder,
+    Program,
+    Run,
+    take_turns,
+)  # fmt: skip
 from jaxwalk.measure.bench.stages import OF_WALKER, PLANT, WINDOWS
-from jaxwalk.model import pushes
-from jaxwalk.task.stepper import Stepper, Task
+from jaxwalk.task import scenarios
+from jaxwalk.task.stepper import Task
+from jaxwalk.task.trials import Profile, Runner
 
 SHORT = (BARE, BY_XLA, PLANT, TICK, LOOP)  # of a table of batches without all stages
+WHOLE = (BARE, BY_XLA, TICK, MAP, LOOP, SAVING)  # of a table of one batch
+SETTLE_CALLS = 3  # of the push map, from the start to steady walking
 PRODUCT, COPY = "product", "copy"
-_CALL = {"cpu": 2**18}  # about so many ticks of a walker a call; more on a GPU
-_CALL_GPU = 2**23
-
-
-def windows_of(walkers: int, config: Config) -> int:
-    """Decision windows in a call: as many as training reports on, fewer of large batches."""
-    ticks = _CALL.get(jax.default_backend(), _CALL_GPU) / (walkers * config.train.window_ticks)
-    return max(1, min(config.train.windows_per_report, round(ticks)))
-
-
-def of_size(config: Config, walkers: int) -> Config:
-    """``config`` for a batch of ``walkers`` and calls of `windows_of` it."""
-    train = dataclasses.replace(config.train, walkers=walkers, windows_per_report=windows_of(walkers, config))
-    return dataclasses.replace(config, train=train)
 
 
 @dataclasses.dataclass
@@ -50,64 +58,28 @@ class Built:
     """A stage of one batch, compiled, and what is known of it before it runs.
 
     Attributes:
-      program: to be timed. compiled: by XLA.
+      program: to be timed. compiled: by XLA; None of the push map, which is a program for each device.
     """
 
     program: Program
     compiled: Any
 
 
-class Herd:
-    """The walkers of all batches: those of the smallest one, in mid-step, over again.
-
-    They have walked as training's first ones do, pushed and exploring, until the learner learned.
+def whole(
+    config: Config, seconds: float, seed: int, folder: Path, report: Callable[[str], None]
+) -> dict[str, Program]:
+    """The programs of one batch, each timed for ``seconds`` or `rounds.MIN_ROUNDS` calls, whichever is more.
 
     Args:
-      config: of the smallest batch.
+      folder: for checkpoints.
+      report: called with what is under way.
     """
-
-    def __init__(self, config: Config, mesh: Mesh, seed: int, builder: Builder) -> None:
-        self.config, self.mesh, self.count = config, mesh, config.train.walkers
-        state = device_loop.init(config, mesh, seed)
-        self.loop = builder.build(LOOP, device_loop.make(config, mesh), state)
-        while float(state.learner.updates) == 0:
-            state = self.loop[0](state)
-        self.state: TrainState = state
-        task = Task.of(config)
-        ticks = config.train.windows_per_report * config.train.window_ticks
-        self.commands = sharded(partial(record, task, ticks), mesh)(self.unpushed(self.count))
-
-    def of(self, walkers: int) -> TrainState:
-        """Training in a batch of so many, nothing of it shared with another."""
-        state = jax.tree.map(jnp.copy, self.state.replace(steppers=None, replay=None))
-        rings = device_loop.rings(of_size(self.config, walkers))
-        return state.replace(
-            steppers=split(self._again(self.state.steppers, walkers), self.mesh),
-            replay=split(dealt(self.state.replay, rings), self.mesh),
-        )
-
-    def unpushed(self, walkers: int) -> Stepper:
-        """So many, whom nobody pushes."""
-        states = self._again(self.state.steppers, walkers)
-        calm = jax.tree.map(lambda none, x: jnp.full_like(x, none), pushes.none(), states.walker.push)
-        return split(states.replace(walker=states.walker.replace(push=calm)), self.mesh)
-
-    def followed(self, walkers: int, ticks: int) -> Any:
-        """[B, ticks, 6] the commands that the unpushed follow at their nominal step."""
-        return split(self._again(self.commands, walkers)[:, :ticks], self.mesh)
-
-    def _again(self, tree: Any, walkers: int) -> Any:
-        index = np.resize(np.arange(self.count), walkers)
-        return jax.tree.map(lambda x: x[index], tree)
-
-
-def dealt(memory: Replay, rings: int) -> Replay:
-    """``memory`` in another number of rings: each gets the first rows of one of them, some more than once."""
-    old = memory.size.shape[0]
-    capacity = max(1, memory.capacity * old // rings)
-    ring, slot = np.resize(np.arange(old), rings)[:, None], np.arange(capacity) % memory.capacity
-    filled = jnp.minimum(memory.size[ring[:, 0]], capacity)
-    return Replay(jax.tree.map(lambda x: x[ring, slot], memory.rows), filled % capacity, filled)
+    builder = Builder(report)
+    herd = Herd(config, devices.mesh(device_loop.rings(config)), seed, builder)
+    with contextlib.closing(Store(folder, "bench")) as store:
+        programs = {name: _build(name, config, herd, builder, store).program for name in WHOLE}
+        take_turns(programs, seconds, report)
+    return programs
 
 
 def measure(
@@ -116,7 +88,7 @@ def measure(
     names: Sequence[str],
     seconds: float,
     seed: int,
-    tell: Callable[[str], None],
+    report: Callable[[str], None],
 ) -> list[dict[str, Any]]:
     """A row for each batch, as ``jaxwalk bench`` writes it.
 
@@ -124,13 +96,13 @@ def measure(
       sizes: of the batches, ascending, all divisible by the devices that the first is split over.
       names: stages, in order, the bare step first and the training loop last.
       seconds: for each program and batch, or three calls, whichever is more.
-      tell: called with what is under way.
+      report: called with what is under way.
     """
-    first, builder = of_size(config, sizes[0]), Builder(tell)
+    first, builder = of_size(config, sizes[0]), Builder(report)
     mesh = devices.mesh(device_loop.rings(first))
     herd = Herd(first, mesh, seed, builder)
     ticks = first.train.windows_per_report * first.train.window_ticks
-    tell("compiling the limits")
+    report("compiling the limits")
     calm, commands = herd.unpushed(sizes[0]), herd.followed(sizes[0], ticks)
     cores = runtime.hardware()["hardware"]["cores"]
     threads = mesh.size if jax.default_backend() == "cpu" else cores
@@ -142,14 +114,14 @@ def measure(
     rows = []
     for walkers in sizes:
         sized = of_size(config, walkers)
-        built, why = _build(sized, names, herd, builder)
+        built, why = _build_all(sized, names, herd, builder)
         if why:
             rows.append({"walkers": walkers, "skipped": why})
             continue
         turns = {name: one.program for name, one in built.items()}
         beside = {name: Program(_limit(one.run), 0.0, False) for name, one in in_c.items()}
         beside |= {name: Program(_limit(run), 0.0, False) for name, (run, _) in machine.items()}
-        tell(f"{walkers} walkers, first calls")
+        report(f"{walkers} walkers, first calls")
         try:
             for program in (*turns.values(), *beside.values()):
                 program.run()
@@ -158,7 +130,7 @@ def measure(
                 raise
             rows.append({"walkers": walkers, "skipped": "the memory is exhausted"})
             continue
-        say = partial(_say, tell, f"{walkers} walkers, ")
+        say = partial(_say, report, f"{walkers} walkers, ")
         take_turns(turns, seconds, say, tuple(beside.values()))
         work = {name: float(one.steps) for name, one in in_c.items()}
         work |= {name: amount for name, (_, amount) in machine.items()}
@@ -166,11 +138,11 @@ def measure(
     return rows
 
 
-def _say(tell: Callable[[str], None], of: str, what: str) -> None:
-    tell(of + what)
+def _say(report: Callable[[str], None], of: str, what: str) -> None:
+    report(of + what)
 
 
-def _limit(run: Callable[[], Any]) -> Callable[[], tuple[float, float]]:
+def _limit(run: Callable[[], Any]) -> Run:
     def timed() -> tuple[float, float]:
         run()
         return 0.0, 0.0
@@ -178,51 +150,62 @@ def _limit(run: Callable[[], Any]) -> Callable[[], tuple[float, float]]:
     return timed
 
 
-def _build(
+def _build_all(
     config: Config, names: Sequence[str], herd: Herd, builder: Builder
 ) -> tuple[dict[str, Built], str | None]:
     """The stages of one batch; and why it must be left out, if it must."""
     built: dict[str, Built] = {}
-    walkers, task = config.train.walkers, Task.of(config)
-    count = config.train.windows_per_report
-    calm, commands = herd.unpushed(walkers), herd.followed(walkers, count * config.train.window_ticks)
     for name in names:
-        label = f"{name} of {walkers}"
-        if name in OF_WALKER:
-            function, follows = stages.of_walker(name, config, task, count)
-            args = (calm.walker, commands) if follows else (calm.walker,)
-            compiled, cost = builder.build(label, sharded(function, herd.mesh), *args)
-            run = _replayed(compiled, args)
-        elif name in (TICK, BY_XLA):
-            stepped = task if name == TICK else Task.of(dataclasses.replace(config, kernels="off"))
-            walk = sharded(partial(walk_ticks, stepped, count), herd.mesh)
-            compiled, cost = builder.build(label, walk, calm)
-            run = _replayed(compiled, (calm,), lambda result: float(np.sum(result[1])))
-        elif name == WINDOWS:
-            state = herd.of(walkers)
-            function = stages.windowed(config, herd.mesh)
-            compiled, cost = builder.build(label, function, state.steppers, state.key)
-            run = _walked(compiled, state)
-        else:
-            state = herd.of(walkers)
-            if name == LOOP and walkers == herd.count:
-                compiled, cost = herd.loop
-            else:
-                compiled, cost = builder.build(label, stages.of_training(name, config, herd.mesh), state)
-            run = _trained(compiled, state)
-        built[name] = Built(Program(run, *cost), compiled)
-        if why := _too_large(compiled, herd.mesh.size):
+        built[name] = _build(name, config, herd, builder)
+        if why := _too_large(built[name].compiled, herd.mesh.size):
             return built, f"{name}: {why}"
     return built, None
 
 
-def _replayed(
-    compiled: Any, args: tuple[Any, ...], footsteps: Callable[[Any], float] = lambda _: 0.0
-) -> Callable[[], tuple[float, float]]:
+def _build(name: str, config: Config, herd: Herd, builder: Builder, store: Store | None = None) -> Built:
+    """One program of one batch.
+
+    Args:
+      store: for checkpoints of the loop that saves.
+    """
+    walkers, task = config.train.walkers, Task.of(config)
+    count = config.train.windows_per_report
+    label = f"{name} of {walkers}"
+    if name in OF_WALKER:
+        function, follows = stages.of_walker(name, config, task, count)
+        body = herd.unpushed(walkers).walker
+        args = (body, herd.followed(walkers, count * config.train.window_ticks)) if follows else (body,)
+        compiled, cost = builder.build(label, sharded(function, herd.mesh), *args)
+        run = _replayed(compiled, args)
+    elif name in (TICK, BY_XLA):
+        stepped = task if name == TICK else Task.of(dataclasses.replace(config, kernels="off"))
+        calm = herd.unpushed(walkers)
+        compiled, cost = builder.build(label, sharded(partial(walk_ticks, stepped, count), herd.mesh), calm)
+        run = _replayed(compiled, (calm,), lambda result: float(np.sum(result[1])))
+    elif name == MAP:
+        compiled, run = None, _mapped(walkers, count, herd)
+        _, cost = builder.clocked(label, run)  # its first call, short beside that
+        for _ in range(SETTLE_CALLS):
+            run()
+    elif name == WINDOWS:
+        state = herd.of(walkers)
+        compiled, cost = builder.build(label, stages.windowed(config, herd.mesh), state.steppers, state.key)
+        run = _walked(compiled, state)
+    else:
+        state = herd.of(walkers)
+        if name in (LOOP, SAVING) and walkers == herd.count:
+            compiled, cost = herd.loop
+        else:
+            compiled, cost = builder.build(label, stages.of_training(name, config, herd.mesh), state)
+        run = _trained(compiled, state, store if name == SAVING else None)
+    return Built(Program(run, *cost), compiled)
+
+
+def _replayed(compiled: Any, args: tuple[Any, ...], footsteps: Callable[[Any], float] = lambda _: 0.0) -> Run:
     return lambda: (footsteps(jax.block_until_ready(compiled(*args))), 0.0)
 
 
-def _walked(compiled: Any, state: TrainState) -> Callable[[], tuple[float, float]]:
+def _walked(compiled: Any, state: TrainState) -> Run:
     steppers, key = state.steppers, state.key
 
     def run() -> tuple[float, float]:
@@ -233,12 +216,38 @@ def _walked(compiled: Any, state: TrainState) -> Callable[[], tuple[float, float
     return run
 
 
-def _trained(compiled: Any, state: TrainState) -> Callable[[], tuple[float, float]]:
+def _mapped(walkers: int, count: int, herd: Herd) -> Run:
+    """``count`` windows a call of the shipped policy's push map, whose walkers nobody pushes."""
+    subject = named.load(named.SHIPPED)
+    runner = Runner(Task.of(subject.config), subject.act, walkers, herd.mesh, devices.alike)
+    nobody = np.zeros(walkers, np.float32)
+    keys = scenarios.keys(herd.seed, scenarios.CALM, walkers)
+    trials = runner.begin(subject.config.gait, scenarios.batch(subject.config, nobody, nobody, keys))
+
+    def run() -> tuple[float, float]:
+        nonlocal trials
+        before = float(np.sum(trials.touchdowns))
+        told = subject.params, Profile.blank(), jnp.int32(count)
+        trials = jax.block_until_ready(runner.advance(*told, trials))
+        return float(np.sum(trials.touchdowns)) - before, 0.0
+
+    return run
+
+
+def _trained(compiled: Any, state: TrainState, store: Store | None = None) -> Run:
+    """The loop; with a ``store``, while a checkpoint is written."""
+    good = store and Checkpoint(checkpoint.pack(state), {})
+
     def run() -> tuple[float, float]:
         nonlocal state
+        if store and good:
+            store.save(checkpoint.of_run(Checkpoint(checkpoint.pack(state), {}), good))
         before = float(state.learner.updates)
         state = jax.block_until_ready(compiled(state))
-        return float(state.counts.footsteps), float(state.learner.updates) - before
+        made = float(state.counts.footsteps), float(state.learner.updates) - before
+        if store:
+            store.wait()
+        return made
 
     return run
 

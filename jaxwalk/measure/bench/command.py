@@ -13,19 +13,19 @@ from rich.table import Table
 
 from jaxwalk.common import files
 from jaxwalk.learn.policies import provenance
-from jaxwalk.measure.bench import deploy_latency, scaling
-from jaxwalk.measure.bench.rounds import BARE, BY_XLA, LOOP, MAP, SAVING, TICK, Program, measure
+from jaxwalk.measure.bench import batches, deploy_latency, scaling
+from jaxwalk.measure.bench.rounds import BARE, BY_XLA, LOOP, MAP, SAVING, TICK, Program
 from jaxwalk.measure.bench.setting import configured, memory
 
 if TYPE_CHECKING:
     from jaxwalk.measure.bench.options import BenchArgs
 
 
-def bench(args: BenchArgs, tell: Callable[[str], None] = lambda what: None) -> dict[str, Any]:
+def bench(args: BenchArgs, report: Callable[[str], None] = lambda what: None) -> dict[str, Any]:
     """All of it, as the JSON that ``jaxwalk bench`` writes."""
     config = configured(args.walkers)
     with tempfile.TemporaryDirectory() as folder:
-        programs = measure(config, args.seconds, args.seed, Path(folder), tell)
+        programs = batches.whole(config, args.seconds, args.seed, Path(folder), report)
     ticks = config.train.windows_per_report * config.train.window_ticks
     result: dict[str, Any] = {"programs": {}}
     for name, program in programs.items():

@@ -52,12 +52,12 @@ def microseconds(once: Round, seconds: float) -> float:
     return 1e6 * statistics.median(rounds)
 
 
-def measure(name: str, args: BenchArgs, tell: Callable[[str], None] = lambda what: None) -> dict[str, Any]:
+def measure(name: str, args: BenchArgs, report: Callable[[str], None] = lambda what: None) -> dict[str, Any]:
     """All of it for the policy called ``name``, as the JSON that ``jaxwalk bench --deploy POLICY`` writes.
 
     Decisions are of one observation, alone; those from Python include the call from Python.
     """
-    tell("exporting")
+    report("exporting")
     trained, told = command.load(name)
     config = named.configured(named.file(name), trained)
     seen = command.observations(trained, _CALLS)
@@ -67,7 +67,7 @@ def measure(name: str, args: BenchArgs, tell: Callable[[str], None] = lambda wha
         library = c_runtime.build(written["c"], Path(folder))
         in_numpy = {kind: deploy.Controller.load(written[kind]) for kind in ("safetensors", "npz")}
         in_c = c_runtime.Controller(library, config.body.height, config.body.mass, config.gait.speed_desired)
-        tell("walking")
+        report("walking")
         walk = deployed.walk(config, in_numpy["npz"], _WALK_SECONDS, args.seed, keep=True)
         session = onnx.require("onnxruntime").InferenceSession(
             str(written["onnx"]), providers=["CPUExecutionProvider"]
@@ -90,7 +90,7 @@ def measure(name: str, args: BenchArgs, tell: Callable[[str], None] = lambda wha
             runtime.start(walk.said[0], 0)
         found = {}
         for kind, once in decisions.items():
-            tell(f"timing {kind}")
+            report(f"timing {kind}")
             found[kind] = {
                 "decision_us": microseconds(once, args.seconds),
                 "tick_us": microseconds(ticks[kind], args.seconds) if kind in ticks else None,

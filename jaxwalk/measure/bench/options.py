@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
-from jaxwalk.options import checks
-from jaxwalk.options.parse import Numbers, OptionalFile, OptionalPolicy, checked, plain
+from jaxwalk.options import checks, shared
+from jaxwalk.options.parse import Numbers, OptionalFile, OptionalPolicy, plain, reader
 
 
 @dataclass(frozen=True)
@@ -27,8 +26,7 @@ class BenchArgs:
     batches: Numbers = ()
     """Instead, time bare mjx.step, the tick and training (with --stages: each stage) in batches of these
     sizes; beside --json a picture of the same name."""
-    seed: int = 0
-    """Seed of everything that is drawn at random."""
+    seed: shared.Seed = 0
     deploy: OptionalPolicy = None
     """Instead, time one decision and one tick of this policy, exported in every format: a run folder, a
     policy file or shipped."""
@@ -36,11 +34,7 @@ class BenchArgs:
     """File for the results, replaced if there. Default: a table on the screen only."""
 
     def check(self) -> None:
-        """See that the options can be meant.
-
-        Raises:
-          UserError: an option out of its range.
-        """
+        """As `Options.check`."""
         checks.whole("--walkers", self.walkers)
         checks.positive("--seconds", self.seconds, "seconds")
         checks.seed(self.seed)
@@ -78,10 +72,4 @@ class BenchArgs:
         return json.with_suffix(".png")
 
 
-def read(argv: Sequence[str]) -> BenchArgs:
-    """The options, checked.
-
-    Raises:
-      UserError: one of them is wrong.
-    """
-    return checked(BenchArgs, argv, "bench")
+read = reader(BenchArgs, "bench")

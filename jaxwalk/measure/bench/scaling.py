@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from jaxwalk.measure.bench.options import BenchArgs
 
 
-def bench(args: BenchArgs, tell: Callable[[str], None] = lambda what: None) -> dict[str, Any]:
+def bench(args: BenchArgs, report: Callable[[str], None] = lambda what: None) -> dict[str, Any]:
     """All of it, as the JSON that ``jaxwalk bench`` writes.
 
     Raises:
@@ -34,7 +34,7 @@ def bench(args: BenchArgs, tell: Callable[[str], None] = lambda what: None) -> d
             raise UserError(f"--batches {size}: give a multiple of the {count} devices")
     config = configured(sizes[0])
     names = tuple(STAGES) if args.stages else batches.SHORT
-    rows = batches.measure(config, sizes, names, args.seconds, args.seed, tell)
+    rows = batches.measure(config, sizes, names, args.seconds, args.seed, report)
     return {
         "stages": {name: STAGES[name] for name in names},
         "batches": rows,

@@ -18,7 +18,7 @@ from jaxwalk.measure.compare.policies import Member
 from jaxwalk.measure.compare.verdicts import WAYS, Figures
 from jaxwalk.measure.evaluate import evaluation
 from jaxwalk.measure.protocol import PushTest
-from jaxwalk.measure.screen import Tell
+from jaxwalk.measure.screen import OnProgress
 
 if TYPE_CHECKING:
     from jaxwalk.measure.compare.options import CompareArgs
@@ -47,13 +47,13 @@ def load(args: CompareArgs) -> tuple[list[Entry], Loaded]:
     return entries, policies.load(entries, **changes)
 
 
-def compare(entries: list[Entry], loaded: Loaded, test: PushTest, tell: Tell) -> dict[str, Any]:
+def compare(entries: list[Entry], loaded: Loaded, test: PushTest, progress: OnProgress) -> dict[str, Any]:
     """Everyone on the same pushes, and who beats whom."""
     programs = evaluation.Programs(test)
 
     def measured(member: Member) -> dict[str, Any]:
         def own(what: str, share: float) -> None:
-            tell(f"{member.subject.name}, {what}", share)
+            progress(f"{member.subject.name}, {what}", share)
 
         return evaluation.evaluate(member.subject, test, own, programs)
 
@@ -118,7 +118,7 @@ def main(args: CompareArgs) -> None:
         dataclasses.replace(args, replicas=test.replicas),
         config,
         None,
-        lambda tell: compare(entries, loaded, test, tell),
+        lambda progress: compare(entries, loaded, test, progress),
         _print,
         picture.draw,
         table,

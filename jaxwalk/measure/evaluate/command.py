@@ -21,21 +21,14 @@ if TYPE_CHECKING:
 
 def main(args: EvaluateArgs) -> None:
     """Run ``jaxwalk evaluate``."""
-    subject = named.load(
-        args.policy,
-        speed=args.speed,
-        height=args.height,
-        mass=args.mass,
-        noise=args.noise,
-        model=args.model,
-    )
+    subject = named.asked(args)
     test = PushTest.of(args).sized(subject.config)
     study.carry_out(
         "evaluate",
         dataclasses.replace(args, replicas=test.replicas),
         subject.config,
         subject,
-        lambda tell: evaluation.evaluate(subject, test, tell),
+        lambda progress: evaluation.evaluate(subject, test, progress),
         lambda console, result: _print(console, args.policy, result),
     )
 

@@ -13,7 +13,7 @@ import numpy as np
 from jaxwalk.config import BodyConfig, Engine, RewardConfig
 from jaxwalk.learn.policies.named import Subject
 from jaxwalk.measure.protocol import PushTest
-from jaxwalk.measure.screen import Tell
+from jaxwalk.measure.screen import OnProgress
 from jaxwalk.measure.survival import each_phase, threshold, worst_phase
 from jaxwalk.model.burdens import Burden
 from jaxwalk.task import scenarios, sway
@@ -92,7 +92,7 @@ class Programs:
 def evaluate(
     subject: Subject,
     test: PushTest | None = None,
-    tell: Tell = lambda what, share: None,
+    progress: OnProgress = lambda what, share: None,
     programs: Programs | None = None,
     burden: Burden | None = None,
 ) -> dict[str, Any]:
@@ -100,7 +100,7 @@ def evaluate(
 
     Args:
       test: what the policy is put through; default: a `PushTest` as it stands.
-      tell: called with what is under way and the share of it that is done.
+      progress: called with what is under way and the share of it that is done.
       programs: made for the same ``test``; default: one of its own.
       burden: what all walkers bear without being told.
     """
@@ -109,7 +109,7 @@ def evaluate(
 
     def follow(what: str, batch: Scenario, profile: Profile, seconds: float) -> Trial:
         numbers = subject.config.gait
-        return runner.run(subject.params, numbers, profile, batch, seconds, partial(tell, what))
+        return runner.run(subject.params, numbers, profile, batch, seconds, partial(progress, what))
 
     none = np.zeros(test.walkers, np.float32)
     calm = scenarios.batch(

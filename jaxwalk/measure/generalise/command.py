@@ -21,7 +21,7 @@ from jaxwalk.measure.generalise import picture
 from jaxwalk.measure.generalise.circumstances import Circumstance, circumstances
 from jaxwalk.measure.generalise.options import NOBODY
 from jaxwalk.measure.protocol import PushTest
-from jaxwalk.measure.screen import Tell
+from jaxwalk.measure.screen import OnProgress
 
 if TYPE_CHECKING:
     from jaxwalk.measure.generalise.options import GeneraliseArgs
@@ -46,7 +46,7 @@ def planned(args: GeneraliseArgs) -> Plan:
     return plan
 
 
-def generalise(plan: Plan, test: PushTest, tell: Tell = lambda what, share: None) -> dict[str, Any]:
+def generalise(plan: Plan, test: PushTest, progress: OnProgress = lambda what, share: None) -> dict[str, Any]:
     """The same trials in every circumstance.
 
     Sizes, noise, speed and burdens are numbers of the walkers: one program serves a policy.
@@ -62,7 +62,7 @@ def generalise(plan: Plan, test: PushTest, tell: Tell = lambda what, share: None
             found = known[subject.name]
         what = {"policy": subject.name, "kind": one.kind, "value": one.value, "own": one.own}
         rows.append(what | found)
-        tell("circumstances", (place + 1) / len(plan))
+        progress("circumstances", (place + 1) / len(plan))
     return {"rows": rows}
 
 
@@ -117,7 +117,7 @@ def main(args: GeneraliseArgs) -> None:
         args,
         subject.config,
         subject,
-        lambda tell: generalise(plan, PushTest.of(args), tell),
+        lambda progress: generalise(plan, PushTest.of(args), progress),
         lambda console, result: _print(console, result["rows"]),
         picture.draw,
         lambda result: table(result["rows"]),

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import Engine
 from jaxwalk.measure.protocol import PushTest
-from jaxwalk.options import checks
-from jaxwalk.options.parse import Impulses, Names, Numbers, Policy, checked
+from jaxwalk.options import checks, shared
+from jaxwalk.options.parse import Impulses, Names, Numbers, Policy, reader
 
 KINDS = {  # of circumstances -> its option
     "stature": "--statures",
@@ -58,27 +56,17 @@ class GeneraliseArgs:
     """Scales of the sensors' noise."""
     speeds: Numbers = (0.7, 0.85, 1.15, 1.3)
     """Speeds that are asked for, m/s."""
-    walkers: int = 64
-    """Walkers in the test of undisturbed walking."""
-    seconds: float = 7.0
-    """How long they walk, s; the first 3 are not measured."""
+    walkers: shared.Walkers = 64
+    seconds: shared.MeasuredSeconds = 7.0
     impulses: Impulses = (-80.0, -60.0, -40.0, -20.0, 20.0, 40.0, 55.0, 70.0)
     """Pushes to try on the policy's own body, N s, with commas between; positive ones push forward."""
-    phases: int = 8
-    """Points of the step at which a push begins, evenly spread."""
-    replicas: int = 1
-    """Walkers for each impulse and phase."""
-    engine: Engine = "mjx"
-    """What moves the walkers: mjx, or mujoco (C MuJoCo in doubles, solved to convergence)."""
-    seed: int = 0
-    """Seed of everything that is drawn at random."""
+    phases: shared.Phases = 8
+    replicas: shared.Replicas = 1
+    engine: shared.Engine = "mjx"
+    seed: shared.Seed = 0
 
     def check(self) -> None:
-        """See that the options can be meant.
-
-        Raises:
-          UserError: an option out of its range.
-        """
+        """As `Options.check`."""
         checks.policy(self.policy)
         if self.beside != NOBODY:
             checks.policy(self.beside)
@@ -112,10 +100,4 @@ class GeneraliseArgs:
         }
 
 
-def read(argv: Sequence[str]) -> GeneraliseArgs:
-    """The options, checked.
-
-    Raises:
-      UserError: one of them is wrong.
-    """
-    return checked(GeneraliseArgs, argv, "generalise")
+read = reader(GeneraliseArgs, "generalise")

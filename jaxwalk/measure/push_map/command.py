@@ -19,7 +19,7 @@ from jaxwalk.measure import study
 from jaxwalk.measure.push_map import picture, run, summary, table
 from jaxwalk.measure.push_map.capturability import Pendulum
 from jaxwalk.measure.push_map.grid import Grid
-from jaxwalk.measure.screen import Tell
+from jaxwalk.measure.screen import OnProgress
 from jaxwalk.model import anthropometry, physics
 from jaxwalk.task import backend
 from jaxwalk.task.trials import Trial
@@ -42,7 +42,7 @@ def push_map(
     out: Path,
     engine: Engine = "mjx",
     chunk: int = 512,
-    tell: Tell = lambda what, share: None,
+    progress: OnProgress = lambda what, share: None,
 ) -> dict[str, Any]:
     """Try the whole grid; ``map.npz`` in ``out`` is kept up to date, and what it holds is not tried again.
 
@@ -56,7 +56,7 @@ def push_map(
     found = table.resume(out, grid, identity | runtime.versions())
     files.make_folder("--out", out)
     before, what = int(found.done.sum()), f"{grid.size:,} trials"
-    walked, rate = run.run(subject, engine, found, chunk, out, lambda share: tell(what, share))
+    walked, rate = run.run(subject, engine, found, chunk, out, lambda share: progress(what, share))
     pendulum = _pendulum(subject, walked, found)
     return summary.summarise(found, pendulum) | {"resumed_trials": before, "ticks_per_second": rate or None}
 
@@ -94,7 +94,7 @@ def main(args: PushMapArgs) -> None:
         args,
         subject.config,
         subject,
-        lambda tell: push_map(subject, grid, args.out, args.engine, args.chunk, tell),
+        lambda progress: push_map(subject, grid, args.out, args.engine, args.chunk, progress),
         lambda console, result: _print(console, args.policy, result),
         lambda result: picture.draw(result, title),
         stem="map",

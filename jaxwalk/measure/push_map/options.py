@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import get_args
@@ -11,8 +10,8 @@ from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Engine
 from jaxwalk.model.push_points import Point
-from jaxwalk.options import checks
-from jaxwalk.options.parse import Impulses, Numbers, OptionalInt, OptionalModel, Points, Policy, checked
+from jaxwalk.options import checks, shared
+from jaxwalk.options.parse import Numbers, OptionalInt, OptionalModel, Points, Policy, reader
 
 IMPULSES = tuple(float(i) for i in range(-120, 121, 15))
 
@@ -24,10 +23,8 @@ class PushMapArgs:
     policy: Policy
     out: Path
     """Folder for map.npz, map.json and map.png. A map that was interrupted there goes on."""
-    impulses: Impulses = IMPULSES
-    """Pushes, N s, ascending, with commas between; positive ones push forward."""
-    phases: int = 16
-    """Points of the step at which a push begins, evenly spread."""
+    impulses: shared.AscendingImpulses = IMPULSES
+    phases: shared.Phases = 16
     points: Points = ("torso",)
     """Where pushes land, with commas between: torso (its centre), torso+0.2 (0.2 m above), torso-0.1, or
     the centre of stance-thigh, stance-shank, swing-thigh, swing-shank; stance is the leg that carries when
@@ -40,17 +37,11 @@ class PushMapArgs:
     """Trials in one program: what bounds the memory. The map does not depend on it, nor on how many devices
     there are (on a GPU programs of other sizes round otherwise, which can turn a trial on the brink)."""
     model: OptionalModel = None
-    engine: Engine = "mjx"
-    """What moves the walkers: mjx, or mujoco (C MuJoCo in doubles, solved to convergence)."""
-    seed: int = 0
-    """Seed of everything that is drawn at random."""
+    engine: shared.Engine = "mjx"
+    seed: shared.Seed = 0
 
     def check(self) -> None:
-        """See that the options can be meant.
-
-        Raises:
-          UserError: an option out of its range.
-        """
+        """As `Options.check`."""
         checks.policy(self.policy)
         checks.ascending("--impulses", self.impulses)
         checks.ascending("--durations", self.durations)
@@ -78,10 +69,4 @@ def _point(name: str) -> Point:
         raise UserError(f"--points {error}") from None
 
 
-def read(argv: Sequence[str]) -> PushMapArgs:
-    """The options, checked.
-
-    Raises:
-      UserError: one of them is wrong.
-    """
-    return checked(PushMapArgs, argv, "push-map")
+read = reader(PushMapArgs, "push-map")

@@ -24,18 +24,21 @@ from jaxwalk.task.trials import Profile, Runner, Trial, survived
 CALM = 64  # unpushed walkers, whose speed recovery is held against
 CALM_SECONDS = 15.0
 
-Tell = Callable[[float], None]
-
 
 def run(
-    subject: Subject, engine: Engine, table: Table, chunk: int, folder: Path, tell: Tell
+    subject: Subject,
+    engine: Engine,
+    table: Table,
+    chunk: int,
+    folder: Path,
+    progress: Callable[[float], None],
 ) -> tuple[Trial, float]:
     """Fill ``table`` in place, saving it after each chunk.
 
     Args:
       engine: what moves the walkers.
       chunk: trials in one program, at most (rounded up to the devices).
-      tell: called with the share of all the work that is done.
+      progress: called with the share of all the work that is done.
 
     Returns:
       The unpushed walkers' trials, and the ticks a second of the chunks run now (0: none).
@@ -74,7 +77,7 @@ def run(
         done = grid.size - len(missing) + first
 
         def part(share: float, done: int = done, rows: NDArray = rows) -> None:
-            tell((done + share * len(rows)) / grid.size)
+            progress((done + share * len(rows)) / grid.size)
 
         begun = time.perf_counter()
         trials = follow(profile, tried, seconds, part)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
@@ -10,7 +9,7 @@ from typing import Literal, get_args
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
 from jaxwalk.options import checks
-from jaxwalk.options.parse import OptionalFile, Policy, checked
+from jaxwalk.options.parse import OptionalFile, Policy, reader
 
 Name = Literal["compare", "evaluate", "push-map", "generalise", "sensitivity", "agreement", "gait", "bench"]
 """Parts of the report, in their order on the page: each is the command of that name."""
@@ -43,11 +42,7 @@ class ReportArgs:
         return self.out.with_suffix("") if self.results is None else self.results
 
     def check(self) -> None:
-        """See that the options can be meant.
-
-        Raises:
-          UserError: an option out of its range.
-        """
+        """As `Options.check`."""
         checks.policy(self.policy)
         if self.out.suffix.lower() not in (".html", ".htm"):
             raise UserError(f"--out {self.out}: give a file that ends in .html")
@@ -58,10 +53,4 @@ class ReportArgs:
         checks.seed(self.seed)
 
 
-def read(argv: Sequence[str]) -> ReportArgs:
-    """The options, checked.
-
-    Raises:
-      UserError: one of them is wrong.
-    """
-    return checked(ReportArgs, argv, "report")
+read = reader(ReportArgs, "report")

@@ -15,7 +15,7 @@ from jaxwalk.learn.policies.named import Subject
 from jaxwalk.measure import one_change, study
 from jaxwalk.measure.evaluate import evaluation
 from jaxwalk.measure.protocol import PushTest
-from jaxwalk.measure.screen import Tell
+from jaxwalk.measure.screen import OnProgress
 from jaxwalk.measure.sensitivity import picture
 from jaxwalk.measure.sensitivity.settings import PARAMETERS, Setting, settings
 
@@ -39,7 +39,7 @@ def tried(subject: Subject, args: SensitivityArgs) -> list[Setting]:
 
 
 def sensitivity(
-    subject: Subject, plan: list[Setting], test: PushTest, tell: Tell = lambda what, share: None
+    subject: Subject, plan: list[Setting], test: PushTest, progress: OnProgress = lambda what, share: None
 ) -> dict[str, Any]:
     """The same trials under every setting."""
     known: dict[Config, dict[str, Any]] = {}  # the policy's own configuration is among each parameter's
@@ -49,7 +49,7 @@ def sensitivity(
             changed = dataclasses.replace(subject, config=one.config)
             known[one.config] = one_change.measured(evaluation.evaluate(changed, test), test)
         rows.append({"parameter": one.parameter, "value": one.value, "own": one.own, **known[one.config]})
-        tell("settings", (place + 1) / len(plan))
+        progress("settings", (place + 1) / len(plan))
     return {"rows": rows}
 
 
@@ -63,7 +63,7 @@ def main(args: SensitivityArgs) -> None:
         args,
         subject.config,
         subject,
-        lambda tell: sensitivity(subject, plan, PushTest.of(args), tell),
+        lambda progress: sensitivity(subject, plan, PushTest.of(args), progress),
         lambda console, result: _print(console, args.policy, result["rows"]),
         lambda result: picture.draw(result, title),
     )

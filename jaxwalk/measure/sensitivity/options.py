@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import Engine
 from jaxwalk.measure.protocol import PushTest
-from jaxwalk.options import checks
-from jaxwalk.options.parse import Impulses, Numbers, Policy, checked
+from jaxwalk.options import checks, shared
+from jaxwalk.options.parse import Numbers, Policy, reader
 
 
 @dataclass(frozen=True)
@@ -32,27 +30,16 @@ class SensitivityArgs:
     """Time constants of foot contact, s."""
     frictions: Numbers = (0.5, 0.7, 1.2)
     """Sliding frictions between sole and floor."""
-    walkers: int = 64
-    """Walkers in the test of undisturbed walking."""
-    seconds: float = 15.0
-    """How long they walk, s."""
-    impulses: Impulses = (-50.0, -40.0, -30.0, 40.0, 50.0, 60.0, 70.0)
-    """Pushes to try, N s, with commas between; positive ones push forward."""
-    phases: int = 8
-    """Points of the step at which a push begins, evenly spread."""
-    replicas: int = 2
-    """Walkers for each impulse and phase."""
-    engine: Engine = "mjx"
-    """What moves the walkers: mjx, or mujoco (C MuJoCo in doubles, solved to convergence)."""
-    seed: int = 0
-    """Seed of everything that is drawn at random."""
+    walkers: shared.Walkers = 64
+    seconds: shared.Seconds = 15.0
+    impulses: shared.TriedImpulses = (-50.0, -40.0, -30.0, 40.0, 50.0, 60.0, 70.0)
+    phases: shared.Phases = 8
+    replicas: shared.Replicas = 2
+    engine: shared.Engine = "mjx"
+    seed: shared.Seed = 0
 
     def check(self) -> None:
-        """See that the options can be meant.
-
-        Raises:
-          UserError: an option out of its range.
-        """
+        """As `Options.check`."""
         checks.policy(self.policy)
         for option in ("timesteps", "iterations", "contact_timeconsts", "frictions"):
             for value in getattr(self, option):
@@ -67,10 +54,4 @@ class SensitivityArgs:
         files.check_folder("--out", self.out)
 
 
-def read(argv: Sequence[str]) -> SensitivityArgs:
-    """The options, checked.
-
-    Raises:
-      UserError: one of them is wrong.
-    """
-    return checked(SensitivityArgs, argv, "sensitivity")
+read = reader(SensitivityArgs, "sensitivity")

@@ -53,8 +53,8 @@ def checks(numbers: Numbers) -> tuple[Check, ...]:
             ("filtered_to_mean", "Kalman filter to moving mean", SMOOTHER),
             ("filtered_to_raw", "Kalman filter to measured", HALF),
         ):
-            said = f"{name}, change from tick to tick, {words}: {told(numbers[name][key], '.2f')}"
-            out.append(Check(said, below(numbers[name][key], bar)))
+            message = f"{name}, change from tick to tick, {words}: {told(numbers[name][key], '.2f')}"
+            out.append(Check(message, below(numbers[name][key], bar)))
     error = numbers["velocity"]["error"]["filtered"]
     out.append(
         Check(

@@ -2,18 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from matplotlib.figure import Figure
 
 from jaxwalk.config import BodyModel
 from jaxwalk.paper import pictures
-from jaxwalk.paper.claim import Numbers
+from jaxwalk.paper.claim import Claim, Numbers
+from jaxwalk.paper.lab import examined
 from jaxwalk.paper.trainings import TRAININGS
 from jaxwalk.paper.verdict import Check
 
 MORE = 0.05  # share of pushes; a smaller difference is none
+
+
+def claim(trainings: tuple[str, ...], checks: Callable[[Numbers], tuple[Check, ...]], **words: str) -> Claim:
+    """One about ``trainings``, in the plane.
+
+    Args:
+      checks: as a claim's, of numbers of which none is missing.
+      words: the claim's others.
+    """
+    return Claim(
+        **words,
+        bodies=("planar",),
+        quick=("planar",),
+        measure=lambda lab, model: examined(lab, trainings),
+        checks=lambda numbers: absent(numbers) or checks(numbers),
+        table=table,
+        draw=draw,
+        trainings=trainings,
+    )
 
 
 def absent(numbers: Numbers) -> tuple[Check, ...]:

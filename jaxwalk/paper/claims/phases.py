@@ -69,10 +69,10 @@ def checks(numbers: Numbers) -> tuple[Check, ...]:
     def words(way: str) -> tuple[str, dict]:
         told_by = numbers["ways"][way]
         apart = difference(told_by["toe-off"], told_by["swing"])
-        said = (
+        message = (
             f"{way}: in toe-off {percent(told_by['toe-off'])}, in forward swing {percent(told_by['swing'])}"
         )
-        return f"{said}; difference {told(apart, '.3f')}", apart
+        return f"{message}; difference {told(apart, '.3f')}", apart
 
     both, apart = words("both ways")
     ways = "; ".join(words(way)[0] for way in ("forward", "backward"))

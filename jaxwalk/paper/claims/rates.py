@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-from jaxwalk.config import BodyModel
-from jaxwalk.paper.claim import Claim, Numbers
+from jaxwalk.paper.claim import Numbers
 from jaxwalk.paper.claims import learning
 from jaxwalk.paper.claims.learning import MORE
-from jaxwalk.paper.lab import Lab, examined
 from jaxwalk.paper.verdict import Check, above, difference, percent, told
 
 NAMES = ("full", "printed")
 
 
-def measure(lab: Lab, model: BodyModel) -> Numbers:
-    return examined(lab, NAMES)
-
-
 def checks(numbers: Numbers) -> tuple[Check, ...]:
-    if said := learning.absent(numbers):
-        return said
     out = []
     for full, printed in zip(*(numbers["runs"][name] for name in NAMES), strict=True):
         more = difference(printed["pushed"], full["pushed"])
@@ -32,7 +24,9 @@ def checks(numbers: Numbers) -> tuple[Check, ...]:
     return tuple(out)
 
 
-CLAIM = Claim(
+CLAIM = learning.claim(
+    NAMES,
+    checks,
     name="rates",
     title="Learning rates of 1e-8 and 2e-8",
     says="Actor and critic learn with rates of 1e-8 and 2e-8, as printed.",
@@ -40,11 +34,4 @@ CLAIM = Claim(
     rule="With the printed rates (all else equal to the trainings of the full state, whose rates are "
     "3e-4) every seed survives at most five of a hundred graded pushes fewer than the same seed with the "
     "working rates, with all of the 95 % interval. It does not hold if one seed survives clearly fewer.",
-    bodies=("planar",),
-    quick=("planar",),
-    measure=measure,
-    checks=checks,
-    table=learning.table,
-    draw=learning.draw,
-    trainings=NAMES,
 )

@@ -4,22 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from jaxwalk.config import BodyModel
-from jaxwalk.paper.claim import Claim, Numbers
+from jaxwalk.paper.claim import Numbers
 from jaxwalk.paper.claims import learning
-from jaxwalk.paper.lab import Lab, examined
 from jaxwalk.paper.verdict import Check, above, mean_of, told
 
 NAMES = ("full", "random")
 
 
-def measure(lab: Lab, model: BodyModel) -> Numbers:
-    return examined(lab, NAMES)
-
-
 def checks(numbers: Numbers) -> tuple[Check, ...]:
-    if said := learning.absent(numbers):
-        return said
     full, drawn = (
         [float(np.mean(one["curve"]["survival"])) for one in numbers["runs"][name]] for name in NAMES
     )
@@ -31,7 +23,9 @@ def checks(numbers: Numbers) -> tuple[Check, ...]:
     )
 
 
-CLAIM = Claim(
+CLAIM = learning.claim(
+    NAMES,
+    checks,
     name="start",
     title="The height-to-stride-length ratio is a good start",
     says="The actor's output starts at the step that the height-to-stride-length ratio gives, which "
@@ -40,11 +34,4 @@ CLAIM = Claim(
     rule="Averaged over its whole learning curve, a training that starts at the ratio's step survives "
     "more graded pushes than the same seed from a random first action: the mean difference is above 0 "
     "with all of its 95 % interval over seeds (Student's, three seeds).",
-    bodies=("planar",),
-    quick=("planar",),
-    measure=measure,
-    checks=checks,
-    table=learning.table,
-    draw=learning.draw,
-    trainings=NAMES,
 )

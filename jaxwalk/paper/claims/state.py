@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-from jaxwalk.config import BodyModel
-from jaxwalk.paper.claim import Claim, Numbers
+from jaxwalk.paper.claim import Numbers
 from jaxwalk.paper.claims import learning
 from jaxwalk.paper.claims.learning import MORE
-from jaxwalk.paper.lab import Lab, examined
 from jaxwalk.paper.verdict import Check, above, below, difference, percent, told
 
 NAMES = ("full", "pair")
 
 
-def measure(lab: Lab, model: BodyModel) -> Numbers:
-    return examined(lab, NAMES)
-
-
 def checks(numbers: Numbers) -> tuple[Check, ...]:
-    if said := learning.absent(numbers):
-        return said
     out = []
     for name in NAMES:
         for one in numbers["runs"][name]:
@@ -34,7 +26,9 @@ def checks(numbers: Numbers) -> tuple[Check, ...]:
     return tuple(out)
 
 
-CLAIM = Claim(
+CLAIM = learning.claim(
+    NAMES,
+    checks,
     name="state",
     title="Two variables are too few: [d_zmp, phi] does not converge",
     says="With the state s = [d_zmp, phi] training does not converge; with s = [v, phi, d_zmp, l] it does.",
@@ -42,11 +36,4 @@ CLAIM = Claim(
     rule="A training has converged if its policy survives at least five of a hundred graded pushes more "
     "than the step that is never adapted. It holds if every seed of the full state does so and none of "
     "the pair does, each with all of its 95 % interval.",
-    bodies=("planar",),
-    quick=("planar",),
-    measure=measure,
-    checks=checks,
-    table=learning.table,
-    draw=learning.draw,
-    trainings=NAMES,
 )

@@ -87,8 +87,8 @@ def checks(numbers: Numbers) -> tuple[Check, ...]:
         for name in CHOICES:
             change = numbers["changes"][way][name]
             right = (asked if way == "forward" else {"length": below, "duration": above})[name]
-            said = f"{told(change, DIGITS[name])} {UNITS[name]}"
-            words = f"{name}, first step after a push {way}: changed by {said}"
+            message = f"{told(change, DIGITS[name])} {UNITS[name]}"
+            words = f"{name}, first step after a push {way}: changed by {message}"
             out.append(Check(words, right(change)))
     return tuple(out)
 

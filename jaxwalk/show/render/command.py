@@ -112,14 +112,7 @@ def main(args: RenderArgs) -> None:
     Raises:
       UserError: no such policy, no OpenGL, or the file cannot be written.
     """
-    subject = named.load(
-        args.policy,
-        speed=args.speed,
-        height=args.height,
-        mass=args.mass,
-        noise=args.noise,
-        model=args.model,
-    )
+    subject = named.asked(args)
     if args.page:
         _write_page(args, subject)
         return

@@ -42,18 +42,18 @@ class Replay:
 
 
 def record(
-    subject: Subject, impulses: Sequence[float], seed: int, tell: Callable[[str], None] = lambda what: None
+    subject: Subject, impulses: Sequence[float], seed: int, report: Callable[[str], None] = lambda what: None
 ) -> Replay:
     """Walk unpushed, then once for each of ``impulses``, N s, on the torso's centre.
 
     Args:
-      tell: called with what comes next.
+      report: called with what comes next.
     """
     loop, model = recording.Loop(subject, recording.SEGMENT), scene.model(subject.config)
     where = physics.layout(subject.config.body)
     walks = []
     for shove in (None, *(Shove(impulse, PUSH_SECOND) for impulse in impulses)):
-        tell("walking unpushed" if shove is None else f"walking, pushed by {shove.impulse:+g} N s")
+        report("walking unpushed" if shove is None else f"walking, pushed by {shove.impulse:+g} N s")
         walk = recording.record(loop, model, SECONDS, seed, shove)
         walks.append((dataclasses.replace(walk, qpos=where.planar(walk.qpos)), shove))
     return Replay(subject, seed, tuple(walks), model)

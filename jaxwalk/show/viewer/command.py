@@ -56,14 +56,7 @@ def main(args: ViewArgs) -> None:
     Raises:
       UserError: no such policy, or no screen.
     """
-    subject = named.load(
-        args.policy,
-        speed=args.speed,
-        height=args.height,
-        mass=args.mass,
-        noise=args.noise,
-        model=args.model,
-    )
+    subject = named.asked(args)
     require_screen()
     console = Console(markup=False)
     model, stature = scene.model(subject.config), subject.config.body.height

@@ -1,5 +1,6 @@
 """One update of the learner: its arithmetic, its switches, and what it does with bad numbers."""
 
+import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -85,7 +86,7 @@ def test_target_is_reward_plus_discounted_smaller_value(config, state, update, t
     zero = jax.tree.map(jnp.zeros_like, state.target_critic)
     members = 2 if config.twin else 1
     zero["output"]["bias"] = jnp.array([[5.0], [3.0]])[:members]
-    batch = replace(transitions(config.batch_size), reward=jnp.full((config.batch_size,), 0.5))
+    batch = replace(transitions(config.batch_size), reward=jnp.full((config.batch_size,), 0.5, jnp.float32))
     _, metrics = update(config, replace(state, target_critic=zero), batch)
     assert metrics.target_mean == pytest.approx(0.5 + 0.9 * (3.0 if config.twin else 5.0), rel=1e-5)
 
@@ -126,12 +127,12 @@ def test_one_trace_for_many_updates(config, state, update, transitions):
 _ON_TWO_DEVICES = """
 import functools, jax, numpy as np
 from jax.sharding import Mesh, PartitionSpec as P
+from jaxwalk.common import runtime
 from jaxwalk.config import DDPGConfig
-from jaxwalk.config.presets import PRESETS
 from jaxwalk.learn.ddpg import learner
 from jaxwalk.task.transition import Transition
 
-jax.config.update("jax_num_cpu_devices", 2)
+runtime.setup()  # programs are remembered
 keys = jax.random.split(jax.random.key(0), 5)
 shapes = (32, 2), (32, 1), (32,), (32,), (32, 2)
 batch = Transition(*(jax.random.normal(k, s) for k, s in zip(keys, shapes)))
@@ -157,7 +158,8 @@ for tracked in (True, False):  # whether JAX knows what is equal on all devices
 
 def test_two_devices_make_the_whole_step():
     """In a process of its own: the number of devices is fixed when it starts."""
-    done = subprocess.run([sys.executable, "-c", _ON_TWO_DEVICES], capture_output=True, text=True)
+    two = os.environ | {"JAX_NUM_CPU_DEVICES": "2"}
+    done = subprocess.run([sys.executable, "-c", _ON_TWO_DEVICES], capture_output=True, text=True, env=two)
     assert done.returncode == 0, done.stderr[-2000:]
 
 

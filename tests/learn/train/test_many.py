@@ -23,8 +23,9 @@ from jaxwalk.common.parallel import devices
 from jaxwalk.learn.policies import policy
 from jaxwalk.learn.runs import run_folder, seeds_folder
 from jaxwalk.learn.runs.progress import Progress
-from jaxwalk.learn.train import device_loop, lanes, multi_seed
-from jaxwalk.learn.train.multi_seed import _Seed, resume_many, run_many
+from jaxwalk.learn.train import device_loop, lanes
+from jaxwalk.learn.train.multi_seed import resume_many, run_many
+from jaxwalk.learn.train.trainer import Training
 from jaxwalk.measure.compare import groups, policies
 
 CONFIG = dataclasses.replace(small.CONFIG, train=dataclasses.replace(small.CONFIG.train, finalists=1))
@@ -38,7 +39,6 @@ def short():
     with pytest.MonkeyPatch.context() as patch:
         small.shorten(patch.setattr)
         small.undrawn(patch.setattr)
-        patch.setattr(multi_seed, "Assessor", functools.cache(multi_seed.Assessor))
         patch.setattr(lanes, "make", functools.cache(lanes.make))
         patch.setattr(lanes, "LaneRunner", functools.cache(lanes.LaneRunner))
         yield
@@ -169,14 +169,14 @@ def test_stopped_by_a_signal_it_goes_on_bit_for_bit(both, tmp_path, monkeypatch)
 
 @pytest.mark.slow
 def test_a_seed_that_fails_ends_alone(tmp_path, monkeypatch, both):
-    report = _Seed.report
+    report = Training.report
 
     def fail(one, *args):
-        if one.run.seed == FIRST and len(one.run.rows) > 2:
+        if one.seed == FIRST and len(one.rows) > 2:
             raise UserError("training diverged")
         report(one, *args)
 
-    monkeypatch.setattr(_Seed, "report", fail)
+    monkeypatch.setattr(Training, "report", fail)
     folder = run_many(CONFIG, tmp_path / "run", FIRST, COUNT, COMMAND)
     first, other = json.loads((folder / "seeds.json").read_text())["runs"]
     assert first["failed"] == "training diverged" and "failed" not in other

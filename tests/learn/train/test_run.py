@@ -19,7 +19,6 @@ import small
 
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
-from jaxwalk.config.presets import PRESETS
 from jaxwalk.learn.policies import policy
 from jaxwalk.learn.runs import run_folder
 from jaxwalk.learn.runs.progress import Progress
@@ -27,13 +26,7 @@ from jaxwalk.learn.train import device_loop, evaluation, finals
 from jaxwalk.learn.train.run import run
 from jaxwalk.task import collect
 
-SMOKE = PRESETS["smoke"]
-# Two reports at least, and updates in the second.
-CONFIG = dataclasses.replace(
-    SMOKE,
-    ddpg=dataclasses.replace(SMOKE.ddpg, warmup=16),
-    train=dataclasses.replace(SMOKE.train, footsteps=60, windows_per_report=40, finalists=3),
-)
+CONFIG = small.CONFIG  # whose programs other tests need, too
 
 
 @pytest.fixture(scope="module", autouse=True)

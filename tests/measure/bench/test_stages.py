@@ -14,7 +14,7 @@ from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config
 from jaxwalk.control import walker
 from jaxwalk.control.person import model_of
-from jaxwalk.measure.bench import batches, picture, programs, scaling, setting, stages
+from jaxwalk.measure.bench import batches, herd, picture, programs, scaling, setting, stages
 from jaxwalk.measure.bench.options import BenchArgs
 from jaxwalk.model import pushes
 from jaxwalk.options.parse import parse
@@ -41,7 +41,7 @@ def test_curves_are_in_units_of_the_smallest_batch():
 
 
 def test_a_call_of_a_large_batch_is_shorter():
-    windows = {size: batches.windows_of(size, Config()) for size in (64, 256, 4096, 16384, 2**20)}
+    windows = {size: herd.windows_of(size, Config()) for size in (64, 256, 4096, 16384, 2**20)}
     assert windows[64] == windows[256] == Config().train.windows_per_report
     assert windows[256] > windows[4096] > windows[16384] >= windows[2**20] == 1
 
