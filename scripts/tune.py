@@ -116,7 +116,7 @@ FALL = 30.0
 
 @dataclass(frozen=True)
 class Plan:
-    """Whom a candidate is tried on: ``calm`` walkers unpushed, one pushed by each impulse at each phase; phases
+    """Whom each is tried on: ``calm`` walkers unpushed, one pushed by each impulse at each phase; phases
     shift by a part of their distance from turn to turn."""
 
     impulses: tuple[float, ...] = tuple(PUSHES)

@@ -348,6 +348,6 @@ class Runner:
 
 
 def without_keys(trials: Trial) -> Trial:
-    """``trials`` without theirs, which cannot leave the device as plain arrays and which nobody reads there."""
+    """``trials`` without theirs, which leave no device as plain arrays, and which nobody reads there."""
     body = trials.state.walker.replace(key=None)
     return trials.replace(scenario=trials.scenario.replace(key=None), state=trials.state.replace(walker=body))
