@@ -55,8 +55,8 @@ lint: $(READY) ## style, types, and the order of imports
 	$(BIN)/pyright
 	$(BIN)/lint-imports
 
-tune: $(READY) ## search the gait's numbers again (ARGS="sweep --set NAME=A,B" for a grid)
-	$(BIN)/python scripts/tune.py $(or $(ARGS),search)
+tune: $(READY) ## search for a walk: the numbers of the legs and of the rule (ARGS="--minutes 15 --out tuned.json")
+	$(BIN)/python scripts/tune.py $(ARGS)
 
 models: $(READY) ## write models/*.xml anew from jaxwalk/model/anthropometry.py
 	$(BIN)/python scripts/make_models.py

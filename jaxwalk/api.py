@@ -13,7 +13,7 @@ from typing import Any, get_args
 
 from jaxwalk import deploy
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import BodyModel, Config, Engine, of_dict, to_dict, validate
+from jaxwalk.config import Actuators, BodyModel, Config, Engine, of_dict, to_dict, validate
 from jaxwalk.config.presets import PRESETS
 from jaxwalk.export import command as _export
 from jaxwalk.learn.policies import named
@@ -85,14 +85,15 @@ def load_policy(
     mass: float | None = None,
     noise: float | None = None,
     model: BodyModel | None = None,
+    actuators: Actuators | None = None,
 ) -> Subject:
     """A policy, with the configuration that it acts under.
 
     Args:
-      name: a run folder, a policy file, ``shipped``, or a rule: ``fixed``, ``constant``, ``raibert``,
-        ``capture-point``.
-      speed: to aim at, m/s. height: m. mass: kg. noise: scale of the sensors'. model: of the body. None
-        leaves what the policy was trained with.
+      name: a run folder, a policy file, ``shipped``, ``shipped-rigid``, or a rule: ``fixed``, ``constant``,
+        ``raibert``, ``capture-point``, ``replan``.
+      speed: to aim at, m/s. height: m. mass: kg. noise: scale of the sensors'. model: of the body.
+        actuators: whose strength the joints have. None leaves what the policy was trained with.
 
     Raises:
       UserError: no such policy, a damaged one, or a value out of range.
@@ -104,7 +105,10 @@ def load_policy(
         checks.between("--noise", noise, 0.0, 100.0, "")
     if model is not None and model not in get_args(BodyModel):
         raise UserError(f"--model {model}: give one of {', '.join(get_args(BodyModel))}")
-    return named.load(fspath(name), speed=speed, height=height, mass=mass, noise=noise, model=model)
+    if actuators is not None and actuators not in get_args(Actuators):
+        raise UserError(f"--actuators {actuators}: give one of {', '.join(get_args(Actuators))}")
+    changes = dict(height=height, mass=mass, noise=noise)
+    return named.load(fspath(name), speed=speed, model=model, actuators=actuators, **changes)
 
 
 def evaluate(policy: Subject | AnyPath = "shipped", test: PushTest | None = None) -> dict[str, Any]:

@@ -5,7 +5,8 @@
 Each rule gets the same number of evaluations on the physics, sensors, pushes and score that settle between
 a run's best policies, on starts and noise that neither training nor ``jaxwalk evaluate`` meets. The
 constant step comes first: what undisturbed walking with it is like is measured, not searched, and the
-other two start from that step, with small gains.
+other two start from that step, with small gains. The rule that decides steps anew is found together with the
+legs, by ``scripts/tune.py``.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ import tyro
 
 from jaxwalk.common import files, runtime
 from jaxwalk.common.parallel import devices
-from jaxwalk.config import Config
+from jaxwalk.config import Config, GaitConfig
 from jaxwalk.learn.train import evaluation, finals
 from jaxwalk.learn.train.evaluation import Exam, Marks
 from jaxwalk.task import rules, scenarios
@@ -31,7 +32,7 @@ from jaxwalk.task.rules import CapturePoint, Constant, Raibert, Rule
 from jaxwalk.task.trials import Trial
 
 # What is searched, and within which bounds.
-STEP = {"length": (0.5, 0.8), "duration": (0.05, 0.14)}
+STEP = {"length": (0.4, 0.94), "duration": (0.45, 0.9)}
 RANGES: dict[str, dict[str, tuple[float, float]]] = {
     "constant": STEP,
     "raibert": STEP | {"gain": (-0.2, 0.8)},
@@ -40,7 +41,7 @@ RANGES: dict[str, dict[str, tuple[float, float]]] = {
 }
 LOGARITHMIC = ("timing",)
 STARTS: dict[str, Rule] = {
-    "constant": Constant(length=0.65, duration=0.08),
+    "constant": Constant(length=GaitConfig.length_nominal, duration=GaitConfig.duration_nominal),
     "raibert": Raibert(gain=0.1),
     "capture-point": CapturePoint(length_gain=0.1, duration_gain=0.0, timing=1.0),
 }
@@ -118,7 +119,7 @@ def _axis(field: str, value: float) -> float:
 
 def main(args: Args) -> None:
     evaluation.PHASES = args.phases
-    config = dataclasses.replace(Config(), observation=rules.OBSERVATION)
+    config = rules.configured(Config(), Constant())
     exam = Exam(config, rules.act, devices.mesh(), args.seed, scenarios.TUNE, finals.IMPULSES)
     before = json.loads(args.out.read_text()) if args.out.exists() else {}
     found: dict[str, dict] = before.get("rules", {})

@@ -9,7 +9,15 @@ from pathlib import Path
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
 from jaxwalk.options import checks
-from jaxwalk.options.parse import Impulses, Names, OptionalModel, Policy, checked, parse_known
+from jaxwalk.options.parse import (
+    Impulses,
+    Names,
+    OptionalActuators,
+    OptionalModel,
+    Policy,
+    checked,
+    parse_known,
+)
 
 FORMATS = ("safetensors", "npz", "onnx", "stablehlo", "c")
 PAGE = "html"  # made by jaxwalk render; taken here as of old
@@ -50,6 +58,7 @@ class PageArgs(ExportArgs):
     impulses: Impulses | None = None
     seed: int = 0
     model: OptionalModel = None
+    actuators: OptionalActuators = None
 
     @property
     def formats(self) -> tuple[str, ...]:

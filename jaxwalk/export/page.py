@@ -21,7 +21,7 @@ def write(args: PageArgs) -> None:
     Raises:
       UserError: as for ``jaxwalk render``.
     """
-    config = named.load(args.policy, model=args.model).config
+    config = named.load(args.policy, model=args.model, actuators=args.actuators).config
     asked = RenderArgs(
         args.policy,
         args.out / "replay.html",
@@ -29,6 +29,7 @@ def write(args: PageArgs) -> None:
         noise=config.sensors.noise,
         impulses=RenderArgs.impulses if args.impulses is None else args.impulses,
         model=args.model,
+        actuators=args.actuators,
         seed=args.seed,
     )
     files.make_folder("--out", args.out)

@@ -15,7 +15,7 @@ from typing import Annotated, Any, Protocol, TypeVar, get_args, get_origin, runt
 import tyro
 
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import BodyModel
+from jaxwalk.config import Actuators, BodyModel
 from jaxwalk.model.push_points import Point
 
 T = TypeVar("T")
@@ -220,6 +220,14 @@ OptionalModel = Annotated[
         metavar=f"{{{','.join(get_args(BodyModel))}}}",
         help="The body: in the plane, or free between two frictionless walls, as the paper's. Default: that "
         "of the policy's configuration.",
+    ),
+]
+OptionalActuators = Annotated[
+    Actuators | None,
+    tyro.conf.arg(
+        metavar=f"{{{','.join(get_args(Actuators))}}}",
+        help="Whose strength the joints have: a young man's, a powered exoskeleton's, or no limit but the "
+        "motors'. Default: that of the policy's configuration.",
     ),
 ]
 Impulses = Annotated[tuple[float, ...], _list_of("impulses")]

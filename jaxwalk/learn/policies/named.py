@@ -17,7 +17,7 @@ from jaxtyping import Array, Float
 
 from jaxwalk.common import resources, untrusted
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import REFERENCE_HEIGHT, BodyModel, Config, of_dict, validate
+from jaxwalk.config import REFERENCE_HEIGHT, Actuators, BodyModel, Config, of_dict, validate
 from jaxwalk.learn.policies import policy
 from jaxwalk.learn.runs import run_folder
 from jaxwalk.task import collect, rules
@@ -60,21 +60,26 @@ def load(
     mass: float | None = None,
     noise: float | None = None,
     model: BodyModel | None = None,
+    actuators: Actuators | None = None,
 ) -> Subject:
     """The subject called ``name``: a run folder, a policy file, or a name of `checks.BUILT_IN`.
 
     Args:
       speed: desired, m/s. height: m. mass: kg. noise: scale of the sensors' noise. model: of the
-        body. None leaves the value of the policy's own configuration.
+        body. actuators: whose strength the joints have. None leaves the value of the policy's own
+        configuration.
 
     Raises:
       UserError: no such policy, a damaged one, or a value out of range.
     """
+    changes = speed, height, mass, noise, model, actuators
     if name == FIXED:
-        config = _changed(Config(), speed, height, mass, noise, model)
+        config = _changed(Config(), *changes)
         return Subject(name, config, rules.nominal(config), rules.never_adapted)
     if name in rules.RULES:
-        config = _changed(rules.configured(Config(), rules.RULES[name]), speed, height, mass, noise, model)
+        config = _changed(
+            rules.configured(Config(), rules.RULES[name]), speed, height, mass, noise, model, actuators
+        )
         rule = rules.strong(rules.RULES[name])
         return Subject(name, config, (rule, rules.reference(config.gait)), rules.act)
     path = file(name)
@@ -89,7 +94,7 @@ def load(
         raise UserError(
             f"policy {path}: it contradicts its own configuration; give a policy that jaxwalk saved"
         )
-    config = _changed(trained, speed, height, mass, noise, model)
+    config = _changed(trained, *changes)
     return Subject(name, config, policy.without_origin(loaded), policy.act)
 
 
@@ -99,7 +104,9 @@ def asked(options: Any) -> Subject:
     Raises:
       UserError: as there.
     """
-    told = {name: getattr(options, name) for name in ("speed", "height", "mass", "noise", "model")}
+    told = {
+        name: getattr(options, name) for name in ("speed", "height", "mass", "noise", "model", "actuators")
+    }
     return load(options.policy, **told)
 
 
@@ -111,7 +118,7 @@ def configured(path: Path, loaded: policy.Policy) -> Config:
     """
     try:
         trained = of_dict(untrusted.parse(loaded.metadata.config))
-        return _changed(trained, None, None, None, None, None)
+        return _changed(trained)
     except (UserError, untrusted.Bad, ArithmeticError) as error:
         raise UserError(f"policy {path}: its configuration does not fit this version ({error})") from None
 
@@ -135,11 +142,12 @@ def file(name: str) -> Path:
 
 def _changed(
     config: Config,
-    speed: float | None,
-    height: float | None,
-    mass: float | None,
-    noise: float | None,
-    model: BodyModel | None,
+    speed: float | None = None,
+    height: float | None = None,
+    mass: float | None = None,
+    noise: float | None = None,
+    model: BodyModel | None = None,
+    actuators: Actuators | None = None,
 ) -> Config:
     body = dataclasses.replace(
         config.body,
@@ -149,7 +157,10 @@ def _changed(
     )
     gait = config.gait if speed is None else dataclasses.replace(config.gait, speed_desired=speed)
     sensors = config.sensors if noise is None else dataclasses.replace(config.sensors, noise=noise)
-    changed = dataclasses.replace(config, body=body, gait=gait, sensors=sensors)
+    physics = config.physics
+    if actuators is not None:
+        physics = dataclasses.replace(physics, actuators=actuators)
+    changed = dataclasses.replace(config, body=body, gait=gait, sensors=sensors, physics=physics)
     validate.check(changed)
     seconds = changed.train.window_ticks * changed.physics.timestep
     share = body.height / REFERENCE_HEIGHT

@@ -13,7 +13,14 @@ from jaxwalk.config import Engine
 from jaxwalk.measure.compare import groups
 from jaxwalk.measure.protocol import PushTest
 from jaxwalk.options import checks, shared
-from jaxwalk.options.parse import POLICIES, OptionalFloat, OptionalInt, OptionalModel, reader
+from jaxwalk.options.parse import (
+    POLICIES,
+    OptionalActuators,
+    OptionalFloat,
+    OptionalInt,
+    OptionalModel,
+    reader,
+)
 
 IMPULSES = tuple(float(i) for i in (*range(-60, -10, 10), *range(20, 90, 10)))
 Policies = Annotated[
@@ -46,6 +53,7 @@ class CompareArgs:
     mass: OptionalFloat = None
     """Mass of all walkers, kg. Default: that of the policies' configuration."""
     model: OptionalModel = None
+    actuators: OptionalActuators = None
     noise: shared.Noise = 1.0
     engine: Engine = "mjx"
     """What moves the walkers: MJX, or C MuJoCo solved to convergence."""

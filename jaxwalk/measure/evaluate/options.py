@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from jaxwalk.common import files
 from jaxwalk.measure.protocol import PushTest
 from jaxwalk.options import checks, shared
-from jaxwalk.options.parse import OptionalFile, OptionalInt, OptionalModel, Policy, reader
+from jaxwalk.options.parse import OptionalActuators, OptionalFile, OptionalInt, OptionalModel, Policy, reader
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,7 @@ class EvaluateArgs:
     height: shared.Stature = None
     mass: shared.Mass = None
     model: OptionalModel = None
+    actuators: OptionalActuators = None
     noise: shared.Noise = 1.0
     engine: shared.Engine = "mjx"
     seed: shared.Seed = 0

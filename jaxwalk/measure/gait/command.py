@@ -62,7 +62,14 @@ def table_csv(found: Report) -> str:
 
 def main(args: GaitArgs) -> None:
     """Run ``jaxwalk gait``."""
-    subject = named.load(args.policy, speed=args.speed, height=args.height, mass=args.mass, noise=args.noise)
+    subject = named.load(
+        args.policy,
+        speed=args.speed,
+        height=args.height,
+        mass=args.mass,
+        noise=args.noise,
+        actuators=args.actuators,
+    )
     stamp = provenance.stamp("gait", args, subject, subject.config)
     check_free(args.out, {name: stamp[name] for name in ("policy_digest", "options", "config")})
     made: list[Report] = []

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from jaxwalk.common import files
 from jaxwalk.options import checks
-from jaxwalk.options.parse import OptionalFloat, Policy, checked
+from jaxwalk.options.parse import OptionalActuators, OptionalFloat, Policy, checked
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,7 @@ class GaitArgs:
     """Stature of all walkers, m. Default: that of the policy's configuration."""
     mass: OptionalFloat = None
     """Mass of all walkers, kg. Default: that of the policy's configuration."""
+    actuators: OptionalActuators = None
     noise: float = 1.0
     """Scale of the sensors' noise and bias: 1 realistic, 0 none."""
     seed: int = 0

@@ -23,8 +23,9 @@ UNITS = {
     **{f"{joint}_power": "W/kg" for joint in JOINTS},
 }
 CONVENTIONS = (
-    "Hip and knee flexion, ankle dorsiflexion are positive; the hip's angle is the thigh's to the torso, "
-    "0 at the ankle is a right angle between shank and sole. Torso pitch: forward lean positive. "
+    "Hip and knee flexion, ankle dorsiflexion are positive; the hip's angle is the thigh's to the vertical, "
+    "as people's beside it, whatever torso or pelvis lean; 0 at the ankle is a right angle between shank "
+    "and sole. Torso pitch: forward lean positive. "
     "Forces: those of the ground on the foot, upward and forward (propulsion) positive. Moments: internal, "
     "extension and plantarflexion positive, actuator and passive damping together. Powers: of those "
     f"moments, generation positive. Forces, moments and powers: low-pass, {CUTOFF:g} Hz, zero lag (which "
@@ -55,6 +56,7 @@ def of_walker(ticks: Ticks, timestep: float, mass: float) -> dict[str, Float[np.
     ground = low_pass(np.asarray(told.ground, np.float64) / (mass * GRAVITY), timestep)
     angles = np.degrees(np.asarray(ticks.joints))
     found = {f"{joint}_angle": angles[..., i] for i, joint in enumerate(JOINTS)}
+    found["hip_angle"] = angles[..., 0] - np.degrees(np.asarray(ticks.pitch))[:, None]
     found["torso_pitch"] = np.repeat(np.degrees(np.asarray(ticks.pitch))[:, None], 2, axis=1)
     found["vertical_force"], found["fore_aft_force"] = ground[..., 1], ground[..., 0]
     found |= {f"{joint}_moment": moment[..., i] for i, joint in enumerate(JOINTS)}

@@ -85,7 +85,7 @@ def _pendulum(subject: Subject, walked: Trial, found: table.Table) -> Pendulum:
 
 def main(args: PushMapArgs) -> None:
     """Run ``jaxwalk push-map``."""
-    subject = named.load(args.policy, model=args.model)
+    subject = named.load(args.policy, model=args.model, actuators=args.actuators)
     grid = grid_of(args, subject)
     args = dataclasses.replace(args, replicas=grid.replicas)
     title = f"{args.policy}, {args.engine}: {grid.replicas} walkers a cell, {grid.size:,} trials"

@@ -11,7 +11,15 @@ from jaxwalk.common.errors import UserError
 from jaxwalk.config import Engine
 from jaxwalk.model.push_points import Point
 from jaxwalk.options import checks, shared
-from jaxwalk.options.parse import Numbers, OptionalInt, OptionalModel, Points, Policy, reader
+from jaxwalk.options.parse import (
+    Numbers,
+    OptionalActuators,
+    OptionalInt,
+    OptionalModel,
+    Points,
+    Policy,
+    reader,
+)
 
 IMPULSES = tuple(float(i) for i in range(-120, 121, 15))
 
@@ -37,6 +45,7 @@ class PushMapArgs:
     """Trials in one program: what bounds the memory. The map does not depend on it, nor on how many devices
     there are (on a GPU programs of other sizes round otherwise, which can turn a trial on the brink)."""
     model: OptionalModel = None
+    actuators: OptionalActuators = None
     engine: shared.Engine = "mjx"
     seed: shared.Seed = 0
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
 from jaxwalk.options import checks, shared
-from jaxwalk.options.parse import Impulses, OptionalModel, Policy, reader
+from jaxwalk.options.parse import Impulses, OptionalActuators, OptionalModel, Policy, reader
 
 SUFFIXES = (".mp4", ".gif", ".png", ".html")
 IMPULSES = (-80.0, -40.0, 40.0, 70.0)
@@ -38,6 +38,7 @@ class RenderArgs:
     height: shared.OneStature = None
     mass: shared.OneMass = None
     model: OptionalModel = None
+    actuators: OptionalActuators = None
     noise: shared.Noise = 1.0
     width: int = 960
     """Width of the picture, pixels."""

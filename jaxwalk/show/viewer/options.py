@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from jaxwalk.options import checks, shared
-from jaxwalk.options.parse import OptionalFloat, OptionalModel, Policy, reader
+from jaxwalk.options.parse import OptionalActuators, OptionalFloat, OptionalModel, Policy, reader
 
 
 @dataclass(frozen=True)
@@ -19,6 +19,7 @@ class ViewArgs:
     speed: OptionalFloat = None
     """Forward speed that is asked for, m/s. Default: that of the policy's configuration."""
     model: OptionalModel = None
+    actuators: OptionalActuators = None
     noise: shared.Noise = 1.0
     seed: int = 0
     """Seed of the first start and its noise; each start after it has the next."""
