@@ -47,7 +47,8 @@ def collected():
 
 @pytest.fixture(scope="module")
 def plain(collected):
-    """[{walker: (transition or None, fell, truncated, landed)}] of a loop that knows of windows only when to ask."""
+    """[{walker: (transition or None, fell, truncated, landed)}] of a loop that knows of windows only when
+    to ask."""
     setup = TASK.setup
     tick = jax.jit(jax.vmap(lambda state: walker.tick(setup, model_of(setup, state.person), state)))
     observe = jax.jit(jax.vmap(lambda s, length: footstep.observe(TASK.observation, setup, s, length)))
