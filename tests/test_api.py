@@ -28,7 +28,7 @@ def test_importing_fetches_nothing_and_every_name_is_there():
 
 @pytest.fixture(scope="module")
 def found():
-    return jw.evaluate("fixed", TEST)
+    return jw.evaluate("replan", TEST)
 
 
 def test_an_evaluation_is_plain_values(found):
@@ -39,12 +39,12 @@ def test_an_evaluation_is_plain_values(found):
 def test_a_thread_and_a_running_event_loop_find_the_same(found):
     """As of a server and of a notebook."""
     told = []
-    thread = threading.Thread(target=lambda: told.append(jw.evaluate("fixed", TEST)))
+    thread = threading.Thread(target=lambda: told.append(jw.evaluate("replan", TEST)))
     thread.start()
     thread.join()
 
     async def cell():
-        return jw.evaluate(jw.load_policy("fixed"), TEST)
+        return jw.evaluate(jw.load_policy("replan"), TEST)
 
     assert told == [found] and asyncio.run(cell()) == found
 

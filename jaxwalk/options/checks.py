@@ -11,7 +11,9 @@ from jaxwalk.common.errors import UserError
 from jaxwalk.config import REFERENCE_HEIGHT, REFERENCE_MASS, BodyConfig, validate
 
 _REPLAYED = 12  # a page stays below a megabyte
-BUILT_IN = ("shipped", "shipped-rigid", "fixed", "constant", "raibert", "capture-point", "replan")
+TRAINED = ("shipped", "shipped-rigid")
+"""Policies that come with the package: the best, and the best on rigid legs, until format 1."""
+BUILT_IN = (*TRAINED, "fixed", "constant", "raibert", "capture-point", "replan")
 
 
 def policy(name: str) -> None:

@@ -8,6 +8,7 @@ touch-down inside a window is answered at its end, before early swing needs the 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -28,11 +29,13 @@ class Window(struct.PyTreeNode):
     """What one window brought, for each of B walkers.
 
     Attributes:
-      footsteps: [B] those that closed.
+      footsteps: [B] those that closed; of steps that are decided anew, what was decided last.
+      landed: [B] those of them that ended in a touch-down or a fall, and not amid the step.
       fell, truncated, broken: [B] episodes that ended, and how.
     """
 
     footsteps: Footstep
+    landed: Bool[Array, "B"]
     fell: Bool[Array, "B"]
     truncated: Bool[Array, "B"]
     broken: Bool[Array, "B"]
@@ -73,6 +76,12 @@ def run_ticks(task: Task, state: Stepper, ticks: int) -> Stepper:
     return backend.scan(task.setup, stepper.alone, task, ticks, state, otherwise=by_xla)[0]
 
 
+def landed(task: Task, state: Stepper) -> Bool[Array, ""]:
+    """Whether the footstep that closed in the window just run ended in a touch-down or a fall."""
+    whole = (task.setup.window_ticks - 0.5) * task.setup.timestep
+    return state.last.closed & (state.terminated | (state.walker.gait.elapsed < whole))
+
+
 def window(
     config: Config, task: Task, states: Stepper, act: Act, keys: Key[Array, " B"]
 ) -> tuple[Stepper, Window]:
@@ -87,5 +96,6 @@ def window(
     actions = act(states.observation, act_keys)
     states = jax.vmap(stepper.decide)(states, actions)
     states = backend.each(task.setup, lambda s: run_ticks(task, s, config.train.window_ticks), states)
-    brought = Window(states.last, states.terminated, states.truncated, states.broken)
+    ended = jax.vmap(partial(landed, task))(states)
+    brought = Window(states.last, ended, states.terminated, states.truncated, states.broken)
     return spawn.renew(config, task, states, renew_keys), brought

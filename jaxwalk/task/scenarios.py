@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from flax import struct
-from jaxtyping import Array, Float, Int, PRNGKeyArray
+from jaxtyping import Array, Float, Int, PRNGKeyArray, UInt32
 
 from jaxwalk.config import Config
 from jaxwalk.model import pushes
@@ -84,7 +84,7 @@ def batch(
     )
 
 
-def root(seed: int, purpose: int) -> PRNGKeyArray:
+def root(seed: int | UInt32[Array, ""], purpose: int) -> PRNGKeyArray:
     """The key that all of a purpose come from.
 
     To split ``jax.random.key(seed)`` itself would give the same keys as to fold purposes into it.

@@ -20,13 +20,14 @@ from jaxwalk.export import c, c_runtime, manifest, tensors
 from jaxwalk.learn.ddpg import networks
 from jaxwalk.learn.policies import named, policy
 from jaxwalk.model.physics import Readings
+from jaxwalk.options import checks
 from jaxwalk.task import deployed, footstep, rules, scenarios, stepper
 from jaxwalk.task.deployed import Shove
 from jaxwalk.task.stepper import Task
 
-TRAINED = {name: policy.load(resources.model_path(f"{name}.safetensors")) for name in named.KEPT}
+TRAINED = {name: policy.load(resources.model_path(f"{name}.safetensors")) for name in checks.TRAINED}
 SHIPPED = TRAINED["shipped"]
-SUBJECT, RIGID = map(named.load, named.KEPT)
+SUBJECT, RIGID = map(named.load, checks.TRAINED)
 
 
 # The accelerometer of `sensors` is made of the velocity: one without noise, so that it can be told.

@@ -52,7 +52,7 @@ def shaken(tree):
 def test_a_converted_policy_acts_as_brax_s_own(made, tmp_path):
     networks, make_policy, seen = made
     params = (seen, shaken(networks.policy_network.init(jax.random.key(2))))
-    observations = 5.0 * jax.random.normal(jax.random.key(3), (100, SIZE))
+    observations = seen.mean + 2.0 * seen.std * jax.random.normal(jax.random.key(3), (100, SIZE))
     theirs, _ = make_policy(params, deterministic=True)(observations, jax.random.key(0))
     ours = baselines.convert(CONFIG, params, **ORIGIN)
     policy.save(ours, tmp_path / "policy.safetensors")

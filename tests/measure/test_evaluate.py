@@ -25,8 +25,8 @@ def results(tmp_path_factory):
         patch.setattr(evaluation, "BEFORE_PUSH", 4.0)
         patch.setattr(evaluation, "AFTER_PUSH", 4.0)
         for engine in ENGINES:
-            file = tmp_path_factory.mktemp("evaluate") / "fixed.json"
-            assert cli.main(["evaluate", "fixed", *options, "--engine", engine, "--json", str(file)]) == 0
+            file = tmp_path_factory.mktemp("evaluate") / "replan.json"
+            assert cli.main(["evaluate", "replan", *options, "--engine", engine, "--json", str(file)]) == 0
             found[engine] = json.loads(file.read_text())
     return found
 

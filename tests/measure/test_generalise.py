@@ -111,7 +111,7 @@ def small(tmp_path_factory):
             "--walkers 4 --seconds 5 --impulses 10 --phases 1 --only backpack,friction,stature,speed,noise "
             "--backpacks 15 --frictions 0.02 --statures 2 --speeds 0.8 --noises 0 --beside none"
         )
-        assert cli.main(["generalise", "fixed", "--out", str(out), *options.split()]) == 0
+        assert cli.main(["generalise", "replan", "--out", str(out), *options.split()]) == 0
     rows = json.loads((out / "generalise.json").read_text())["rows"]
     return {(row["kind"], row["value"]): row for row in rows}, len(made)
 
@@ -131,6 +131,14 @@ def test_one_program_serves_all_circumstances(small):
     assert small[1] == 1
 
 
+def test_rigid_legs_too_short_to_be_asked_before_their_toe_off_ends_are_refused(tmp_path, capsys):
+    options = ["--statures", "1.1", "--beside", "none"]
+    assert cli.main(["generalise", "shipped-rigid", "--out", str(tmp_path / "g"), *options]) == 2
+    error = capsys.readouterr().err
+    assert "--statures 1.1: --height 1.1: the toe-off of so short a walker" in error
+    assert error.count("\n") == 1 and not (tmp_path / "g").exists()
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [
@@ -140,7 +148,6 @@ def test_one_program_serves_all_circumstances(small):
         (["--backpacks", "-1"], "--backpacks -1: give 0 to 100 kg"),
         (["--frictions", "0"], "--frictions 0: give 0.01 to 10"),
         (["--forces", "x"], "'x'"),
-        (["--statures", "1.1"], "--statures 1.1: --height 1.1: the toe-off of so short a walker"),
         (["--statures", "0.5"], "--statures 0.5: body mass"),
         (["--impulses", "0,10"], "--impulses 0: give -1000 to 1000 N s"),
         (["--replicas", "0"], "--replicas 0"),

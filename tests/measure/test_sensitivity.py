@@ -25,7 +25,7 @@ def test_each_setting_is_changed_alone_and_the_own_one_is_among_them():
     assert told == [
         ("timestep", 0.002, True),
         ("iterations", 3, True), ("iterations", 8, False),
-        ("contact_timeconst", 0.006, True),
+        ("contact_timeconst", 0.015, True),
         ("friction", 0.5, False), ("friction", 0.9, True), ("friction", 1.2, False),
     ]  # fmt: skip
     for one in found:
@@ -63,7 +63,7 @@ def test_its_own_tick_changes_nothing():
     [
         ({"timestep": (0.003,)}, "--timesteps 0.003: the decision window, 0.02 s, is no whole number"),
         ({"timestep": (0.04,)}, "--timesteps 0.04: the decision window"),
-        ({"timestep": (0.005,)}, "--timesteps 0.005: --physics.contact-timeconst 0.006: give at least two"),
+        ({"timestep": (0.01,)}, "--timesteps 0.01: --physics.contact-timeconst 0.015: give at least two"),
         ({"contact_timeconst": (0.003,)}, "--contact-timeconsts 0.003: --physics.contact-timeconst 0.003"),
     ],
 )

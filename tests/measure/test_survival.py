@@ -23,6 +23,13 @@ def test_wilsons_interval(survivors, trials, low, high):
     np.testing.assert_allclose(np.concatenate(found), [low, high], atol=1e-4)
 
 
+def test_wilsons_interval_holds_the_share_itself():
+    for trials in range(1, 300):
+        survivors = np.arange(trials + 1)
+        low, high = survival.wilson(survivors, trials)
+        assert (low <= survivors / trials).all() and (survivors / trials <= high).all()
+
+
 @pytest.mark.parametrize(
     ("table", "forward", "backward"),
     [

@@ -143,14 +143,15 @@ def test_only_the_four_spheres_touch_only_the_floor(model):
 
 def test_physics_settings_reach_the_model():
     physics = PhysicsConfig(
-        timestep=0.001, iterations=7, ls_iterations=9, tolerance=1e-7, contact_timeconst=0.011, friction=0.6,
+        timestep=0.001, iterations=7, ls_iterations=9, tolerance=1e-7, contact_timeconst=0.011,
+        heel_timeconst=0.013, friction=0.6, drives="servo",
         hip_gain=100.0, hip_limit=101.0, knee_stiffness=102.0, knee_damping=103.0, knee_limit=104.0,
         ankle_limit=105.0, ankle_damping=2.0,
     )  # fmt: skip
     model = mjcf.build(anthropometry.build(BodyConfig()), physics).compile()
     opt = model.opt
     assert (opt.timestep, opt.iterations, opt.ls_iterations, opt.tolerance) == (0.001, 7, 9, 1e-7)
-    assert model.pair_solref[:, 0] == pytest.approx(0.011)
+    assert model.pair_solref[:, 0] == pytest.approx([0.013, 0.011] * 2)  # heel, toe
     assert model.pair_friction[:, 0] == pytest.approx(0.6)
     hip, knee, ankle = (model.actuator(f"{joint}_right") for joint in ("hip", "knee", "ankle"))
     # Velocity servo: torque = gain (command - rate). Position servo: k (command - angle) - c rate.
@@ -163,14 +164,16 @@ def test_physics_settings_reach_the_model():
     assert model.joint("hip_left").damping[0] == model.joint("knee_left").damping[0] == 0.0
 
 
-def test_similar_bodies_move_alike():
+@pytest.mark.parametrize("drives", ["servo", "torque"])
+def test_similar_bodies_move_alike(drives):
     """Two bodies of one shape, lengths 1 : 2 and times 1 : sqrt 2, follow one path (Froude)."""
     paths = []
     for height, mass in ((1.5, 40.0), (3.0, 200.0)):
         ratio, time = height / 1.5, (height / 1.5) ** 0.5
         physics = PhysicsConfig(
-            timestep=0.001 * time, iterations=100, tolerance=1e-12, contact_timeconst=0.006 * time
-        )
+            timestep=0.001 * time, iterations=100, tolerance=1e-12, contact_timeconst=0.006 * time,
+            heel_timeconst=0.012 * time, drives=drives,
+        )  # fmt: skip
         built = anthropometry.build(BodyConfig(height, mass))
         model = mjcf.build(built, physics).compile()
         # The one length of MuJoCo's own that the configuration leaves alone: the depth over which
@@ -179,7 +182,12 @@ def test_similar_bodies_move_alike():
         data = mujoco.MjData(model)
         data.qpos[:] = [0, 1.01 * built.hip_height, 0.05, 0.3, 0.2, -0.05, -0.3, 0.1, 0.25]
         data.qvel[0] = 1.0 * time  # speed scales like time
-        data.ctrl[:] = [-1.5 / time, 0.1, 0, 1.0 / time, 0.8, -5.0 * mass * height / (40 * 1.5)]
+        torque = mass * height / (40 * 1.5)
+        data.ctrl[:] = (
+            [-1.5 / time, 0.1, 0, 1.0 / time, 0.8, -5.0 * torque]
+            if drives == "servo"
+            else torque * np.array([-20.0, -40.0, -10.0, -10.0, -30.0, -5.0])
+        )
         path = []
         for _ in range(300):
             mujoco.mj_step(model, data)

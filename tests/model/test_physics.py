@@ -15,17 +15,19 @@ import pytest
 from mujoco import mjx
 
 from jaxwalk.config import BodyConfig, Config
+from jaxwalk.config.presets import PRESETS
 from jaxwalk.control import walker
-from jaxwalk.control.person import Person, model_of, skeleton
-from jaxwalk.control.rigid import controllers
+from jaxwalk.control.person import Person, model_of
 from jaxwalk.model import c_mujoco, engine, mjcf, physics, pushes
 from jaxwalk.model.engine import Setup
 from jaxwalk.model.push_points import PLACES
 from jaxwalk.model.similarity import Similarity
+from jaxwalk.task import footstep, rules, stepper
+from jaxwalk.task.stepper import Task
 
 CONFIG = Config()
-SETUP = Setup.of(CONFIG)
-REFERENCE = c_mujoco.converged(CONFIG.physics)
+FORMS = {"compliant": CONFIG, "rigid": PRESETS["rigid"]}
+REFERENCE = {form: c_mujoco.converged(config.physics) for form, config in FORMS.items()}
 DT = CONFIG.physics.timestep
 ROWS, TICKS = 64, 50
 # The first half is the reference body; the others differ in stature and build.
@@ -54,13 +56,13 @@ def no_push():
     return jax.tree.map(lambda x: np.full(ROWS, x), pushes.none())
 
 
-def replay(setup):
+def replay(config, engine_name="mjx"):
     """Compiled once: [ROWS] bodies, starts, commands and pushes -> (plants, readings), [ROWS, TICKS]."""
-    traces = []
+    setup, traces = Setup.of(config, engine_name), []
 
     def one(height, mass, start, commands, push):
         traces.append(1)
-        who = Person.of(CONFIG.gait, height, mass)
+        who = Person.of(config.gait, height, mass)
         model = model_of(setup, who)
 
         def tick(plant, told):
@@ -80,30 +82,47 @@ def replay(setup):
     return run
 
 
-@pytest.fixture(scope="module")
-def open_loop():
-    return replay(SETUP)
+@pytest.fixture(scope="module", params=FORMS)
+def form(request):
+    """Legs that are moved by torques, or by servos."""
+    return request.param
+
+
+servos_only = pytest.mark.parametrize("form", ["rigid"], indirect=True, scope="module")
 
 
 @pytest.fixture(scope="module")
-def open_loop_c():
-    return replay(Setup.of(CONFIG, "mujoco"))
+def open_loop(form):
+    return replay(FORMS[form])
 
 
 @pytest.fixture(scope="module")
-def walking():
+def open_loop_c(form):
+    return replay(FORMS[form], "mujoco")
+
+
+@pytest.fixture(scope="module")
+def walking(form):
     """Real walking at points spread over the step, with the commands that followed; half are pushed."""
+    config = FORMS[form]
+    task = Task.of(config)
+    rule = rules.strong(rules.Replan()), rules.reference(config.gait)
+
+    def answer(state):
+        rigid = form == "rigid"
+        return footstep.nominal_action(state.walker.person) if rigid else rules.act(rule, state.observation)
 
     def one(key, height, mass):
-        who = Person.of(CONFIG.gait, height, mass)
-        model, bones = model_of(SETUP, who), skeleton(SETUP, who)
+        state = stepper.start(task, config.gait, height, mass, jnp.float32(1), key)
+        model = model_of(task.setup, state.walker.person)
 
         def tick(state, _):
-            command = controllers.command(who.gait, bones, state.gait, state.estimate)
-            after, event = walker.tick(SETUP, model, state)
-            return after, (state.plant, command, event.fell)
+            state = stepper.decide(state, answer(state))
+            command = walker.command(task.setup, state.walker)
+            after = stepper.tick(task, model, state)
+            return after, (state.walker.plant, command, after.terminated)
 
-        return jax.lax.scan(tick, walker.start(SETUP, who, key, jnp.float32(1)), length=600)[1]
+        return jax.lax.scan(tick, state, length=600)[1]
 
     keys = jax.random.split(jax.random.key(0), ROWS)
     plants, commands, fell = jax.device_get(jax.jit(jax.vmap(one))(keys, HEIGHT, MASS))
@@ -138,9 +157,9 @@ def pushed(data: mujoco.MjData, push: pushes.Push):
     return body, body.xipos
 
 
-def in_c(case: OpenLoop, row: int):
+def in_c(case: OpenLoop, row: int, form: str):
     """(qpos [TICKS, 9], qvel [TICKS, 9], sensors [TICKS, 11]) of one row, by C MuJoCo."""
-    model = physics.compile_mujoco(BodyConfig(float(HEIGHT[row]), float(MASS[row])), REFERENCE)
+    model = physics.compile_mujoco(BodyConfig(float(HEIGHT[row]), float(MASS[row])), REFERENCE[form])
     data = mujoco.MjData(model)
     data.qpos, data.qvel = case.start.qpos[row], case.start.qvel[row]
     push = jax.tree.map(lambda x: x[row], case.push)
@@ -160,11 +179,11 @@ def in_c(case: OpenLoop, row: int):
 
 
 @pytest.fixture(scope="module")
-def both(open_loop, walking):
+def both(form, open_loop, walking):
     """(MJX's plants and readings, C MuJoCo's qpos, qvel and sensors) of the walking rows."""
     case, up = walking
     plants, readings = jax.tree.map(lambda x: x[up], open_loop(case))
-    paths = [in_c(case, int(row)) for row in np.flatnonzero(up)]
+    paths = [in_c(case, int(row), form) for row in np.flatnonzero(up)]
     return plants, readings, *(np.stack(x) for x in zip(*paths, strict=True))
 
 
@@ -295,18 +314,21 @@ def airborne(push: pushes.Push) -> OpenLoop:
 
 
 @pytest.mark.parametrize("engine", ["mjx", "mujoco"])
-def test_a_push_gives_the_body_the_impulse_asked_for(engine, request):
+def test_a_push_gives_the_body_the_impulse_asked_for(form, engine, request):
     run = request.getfixturevalue("open_loop" if engine == "mjx" else "open_loop_c")
+    rows = np.arange(ROWS)
+    place = rows % len(PLACES)
     impulse = np.linspace(-60, 60, ROWS).astype(np.float32)
+    if form == "compliant":  # no servo holds a leg, which is that much lighter
+        impulse = np.where(place == pushes.TORSO, impulse, impulse / 4)
     height = np.tile(np.array([0.0, 0.25, -0.2, 0.1], np.float32), ROWS // 4)
     begin, seconds = 5, 0.08
     push = jax.vmap(lambda i, h: pushes.of_impulse(i, jnp.int32(begin), seconds, DT, h))(impulse, height)
-    rows = np.arange(ROWS)
-    push = jax.device_get(push).replace(place=rows % len(PLACES), stance=rows // len(PLACES) % 2)
+    push = jax.device_get(push).replace(place=place, stance=rows // len(PLACES) % 2)
     plants, _ = run(airborne(push))
     for row in range(0, ROWS, 4):
         one = jax.tree.map(lambda x, row=row: x[row], push)
-        model = physics.compile_mujoco(BodyConfig(float(HEIGHT[row]), float(MASS[row])), REFERENCE)
+        model = physics.compile_mujoco(BodyConfig(float(HEIGHT[row]), float(MASS[row])), REFERENCE[form])
         data = mujoco.MjData(model)
 
         def state(tick, row=row, model=model, data=data):
@@ -335,6 +357,7 @@ def test_without_a_push_nothing_pushes(open_loop):
     np.testing.assert_allclose(plants.qpos[:, -1, 1], 3 - 0.5 * 9.81 * (TICKS * DT) ** 2, atol=0.01)
 
 
+@servos_only
 def test_soles_carry_the_weight_of_a_body_that_stands(open_loop):
     stands = np.zeros((ROWS, 9), np.float32)
     stands[:, 1] = (0.039 + 0.246 + 0.245) * HEIGHT
@@ -351,6 +374,7 @@ def test_soles_carry_the_weight_of_a_body_that_stands(open_loop):
     np.testing.assert_allclose(readings.touch[:, :, 0], readings.touch[:, :, 1], rtol=0.02, atol=1.0)
 
 
+@servos_only
 def test_servos_hold_what_they_are_told(open_loop):
     case = airborne(no_push())
     case.commands[:, :, 0], case.commands[:, :, 1] = -2.0, 0.5  # left hip rad/s, left knee rad

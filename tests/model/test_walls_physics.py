@@ -1,11 +1,14 @@
 """Between walls too, MJX moves the walker as C MuJoCo does, and it walks there with the step of the plane."""
 
+import dataclasses
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk.config import BodyConfig, Config
+from jaxwalk.config import BodyConfig
+from jaxwalk.config.presets import PRESETS
 from jaxwalk.control import walker
 from jaxwalk.control.person import Person, model_of, skeleton
 from jaxwalk.control.rigid import controllers
@@ -16,7 +19,7 @@ from jaxwalk.model import engine, mjcf
 from jaxwalk.model.engine import Setup
 from jaxwalk.task import sway
 
-CONFIG = Config(body=BodyConfig(model="walls"))
+CONFIG = dataclasses.replace(PRESETS["rigid"], body=BodyConfig(model="walls"))  # the paper's is rigid
 IN_C, IN_MJX = Setup.of(CONFIG, "mujoco"), Setup.of(CONFIG)
 DT = CONFIG.physics.timestep
 ROWS, TICKS, SETTLED, REPLAYED = 16, 2000, 500, 50
@@ -122,7 +125,7 @@ def test_mjx_moves_it_as_c_does(replayed):
 @pytest.mark.slow
 def test_an_evaluation_tells_of_the_walls():
     test = PushTest(4, 8.0, (-20.0,), phases=2, replicas=2, engine="mujoco")
-    result = evaluate(named.load("fixed", model="walls"), test)
+    result = evaluate(named.load("shipped-rigid", model="walls"), test)
     assert result["walking"]["survival"] == 1.0
     assert result["walking"]["speed_mean"] == pytest.approx(1.0, abs=0.1)
     assert np.mean(result["pushes"]["survival"]) == 1.0

@@ -48,12 +48,12 @@ def test_late_pictures_are_made_up_for_by_more_windows_within_limits(now, window
 
 @pytest.fixture(scope="module")
 def loop():
-    return Loop(named.load("fixed"), recording.SEGMENT)  # the program that films and pages use
+    return Loop(named.load("replan"), recording.SEGMENT)  # the program that films and pages use
 
 
 @pytest.fixture(scope="module")
 def model():
-    return scene.model(named.load("fixed").config)
+    return scene.model(named.load("replan").config)
 
 
 def test_a_push_by_key_is_the_push_of_a_recorded_walk(loop, model):

@@ -11,6 +11,7 @@ import pytest
 
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import BodyConfig, Config, PhysicsConfig
+from jaxwalk.config.presets import PRESETS
 from jaxwalk.control import walker
 from jaxwalk.control.person import Person
 from jaxwalk.kernels import compiler, native, walk
@@ -18,10 +19,10 @@ from jaxwalk.kernels.graph import Unsupported
 from jaxwalk.model import engine, physics
 from jaxwalk.model.engine import Setup
 from jaxwalk.model.solver import dynamics
-from jaxwalk.task import backend, env, footstep, rollout, scenarios, spawn, stepper, trials
+from jaxwalk.task import backend, env, footstep, rollout, rules, scenarios, spawn, stepper, trials
 from jaxwalk.task.stepper import Task
 
-PLANAR, WALLS = Config(), Config(body=BodyConfig(model="walls"))
+PLANAR, RIGID, WALLS = Config(), PRESETS["rigid"], Config(body=BodyConfig(model="walls"))
 WALKERS = 1000
 
 
@@ -29,12 +30,17 @@ WALKERS = 1000
 def walked(config, walkers=WALKERS):
     """Walkers of all ages, phases, sizes and pushes, none of them lying."""
     task = Task.of(config)
+    rule = rules.strong(rules.Replan()), rules.reference(config.gait)
+
+    def answer(state):  # rigid legs walk at their nominal step, compliant ones decide
+        rigid = config.gait.form == "rigid"
+        return footstep.nominal_action(state.walker.person) if rigid else rules.act(rule, state.observation)
 
     def on(key):
         state = spawn.walker(config, task, key)
 
         def window(_, state):
-            state = stepper.decide(state, footstep.nominal_action(state.walker.person))
+            state = stepper.decide(state, answer(state))
             return walk.scan(stepper.alone, task, 10, state)[0]
 
         return jax.lax.fori_loop(0, jax.random.randint(key, (), 1, 200), window, state)
@@ -72,7 +78,7 @@ def ticked(config, states):
 
 
 @pytest.mark.parametrize(
-    "config", [PLANAR, pytest.param(WALLS, marks=pytest.mark.slow)], ids=["planar", "walls"]
+    "config", [PLANAR, RIGID, pytest.param(WALLS, marks=pytest.mark.slow)], ids=["planar", "rigid", "walls"]
 )
 def test_a_tick_is_xlas(config):
     states = walked(config)

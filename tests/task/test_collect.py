@@ -164,7 +164,7 @@ def test_windows_bring_the_transitions_of_a_plain_loop(collected, plain):
             transition, fell, truncated = expected.get(one, (None, False, False))
             got, where = row(brought, one), f"walker {one}, window {index}"
             assert (got.fell, got.truncated) == (fell, truncated), where
-            assert got.footsteps.closed == (transition is not None), where
+            assert got.landed == got.footsteps.closed == (transition is not None), where
             for name, value in (transition or {}).items():
                 # Two programs order float32 sums differently; within an episode of at most three
                 # steps that grows to some 1e-4 of units of order 1.

@@ -47,7 +47,8 @@ def collected():
 
 @pytest.fixture(scope="module")
 def plain(collected):
-    """[{walker: (transition or None, fell, truncated)}] of a loop that knows of windows only when to ask."""
+    """[{walker: (transition or None, fell, truncated, landed)}] of a loop that knows of windows only when
+    to ask."""
     setup = TASK.setup
     tick = jax.jit(jax.vmap(lambda state: walker.tick(setup, model_of(setup, state.person), state)))
     observe = jax.jit(jax.vmap(lambda s, length: footstep.observe(TASK.observation, setup, s, length)))
@@ -95,7 +96,7 @@ def plain(collected):
             if (new := fell & ~fallen).any():
                 after, rewards = _told(observe, reward, states, speeds, length, event.fell)
                 for one in np.flatnonzero(new):
-                    ended[one] = (seen[one], actions[one], rewards[one], 0.0, after[one]), True, False
+                    ended[one] = (seen[one], actions[one], rewards[one], 0.0, after[one]), True, False, True
             fallen |= fell
         windows += 1
         asks = (landed | (windows >= AGAIN)) & ~fallen
@@ -106,7 +107,7 @@ def plain(collected):
             for one in np.flatnonzero(asks):
                 discount = CONFIG.ddpg.gamma ** share[one]
                 told = seen[one], actions[one], rewards[one] * share[one], discount, after[one]
-                ended[one] = told, False, bool(over[one])
+                ended[one] = told, False, bool(over[one]), bool(landed[one])
         born = fallen | over
         found.append(ended)
     return found
@@ -119,14 +120,15 @@ def _told(observe, reward, states, speeds, length, fell):
 
 
 def test_windows_bring_the_transitions_of_a_plain_loop(collected, plain):
-    counts = {"decisions": 0, "fell": 0, "truncated": 0, "within a step": 0}
+    counts = {"decisions": 0, "fell": 0, "truncated": 0, "within a step": 0, "landed": 0}
     names = ("observation", "action", "reward", "discount", "next_observation")
     for index, ((_, brought), expected) in enumerate(zip(collected, plain, strict=True)):
         for one in range(WALKERS):
-            transition, fell, truncated = expected.get(one, (None, False, False))
+            transition, fell, truncated, landed = expected.get(one, (None, False, False, False))
             got, where = jax.tree.map(lambda x, one=one: x[one], brought), f"walker {one}, window {index}"
             assert (bool(got.fell), bool(got.truncated)) == (fell, truncated), where
             assert bool(got.footsteps.closed) == (transition is not None), where
+            assert bool(got.landed) == landed, where
             for name, value in zip(names, transition or (), strict=False):
                 # Native code and XLA's order float32 sums differently; landings enlarge that.
                 found = getattr(got.footsteps.transition, name)
@@ -134,10 +136,11 @@ def test_windows_bring_the_transitions_of_a_plain_loop(collected, plain):
             counts["decisions"] += transition is not None
             counts["fell"] += fell
             counts["truncated"] += truncated
+            counts["landed"] += landed
             elapsed = TASK.observation.index("elapsed")
             counts["within a step"] += transition is not None and transition[0][elapsed] > 0.1
     assert counts["decisions"] > 150 and counts["within a step"] > 80, counts
-    assert counts["fell"] >= 2 and counts["truncated"] >= 2, counts
+    assert counts["fell"] >= 2 and counts["truncated"] >= 2 and counts["landed"] > 20, counts
 
 
 def test_what_is_decided_anew_changes_the_step_under_way():

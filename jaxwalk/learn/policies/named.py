@@ -20,11 +20,10 @@ from jaxwalk.common.errors import UserError
 from jaxwalk.config import REFERENCE_HEIGHT, Actuators, BodyModel, Config, of_dict, validate
 from jaxwalk.learn.policies import policy
 from jaxwalk.learn.runs import run_folder
+from jaxwalk.options import checks
 from jaxwalk.task import collect, rules
 
 SHIPPED, FIXED = "shipped", "fixed"
-KEPT = (SHIPPED, "shipped-rigid")
-"""Policies that come with the package: the best, and the best on rigid legs, until format 1."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +133,7 @@ def origin(name: str) -> policy.Metadata | None:
 
 def file(name: str) -> Path:
     """Where the trained policy called ``name`` lies."""
-    if name in KEPT:
+    if name in checks.TRAINED:
         return resources.model_path(f"{name}.safetensors")
     path = Path(name)
     return path / run_folder.POLICY if os.path.isdir(path) else path

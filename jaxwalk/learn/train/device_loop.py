@@ -35,9 +35,9 @@ class Counts(struct.PyTreeNode):
     """Sums since the last report, equal on all devices.
 
     Attributes:
-      footsteps: closed. falls, truncations: episodes that ended so. broken: those of the falls
+      footsteps: landed. falls, truncations: episodes that ended so. broken: those of the falls
         that a number that is not finite ended.
-      reward, speed, length, seconds: sums over footsteps (m/s, m, s).
+      reward: sum over all that was decided. speed, length, seconds: over footsteps (m/s, m, s).
     """
 
     footsteps: Float[Array, ""]
@@ -58,7 +58,7 @@ class TrainState(struct.PyTreeNode):
       replay: [R] rings, of W / R walkers each.
       learner: networks, optimisers, statistics.
       counts: since the last report.
-      footsteps: gathered in all.
+      footsteps: gathered in all; each may hold many decisions.
       owed: updates due, fractions included.
       key: of exploration, renewals and sampling.
     """
@@ -165,16 +165,16 @@ def on_device(
             return jax.vmap(noise.perturb)(learner.act(config.ddpg, state.learner, observation), keys, scales)
 
         steppers, brought = collect.window(config, task, state.steppers, act, _keys(key, mine))
-        steps, closed = brought.footsteps, brought.footsteps.closed
+        steps, closed, landed = brought.footsteps, brought.footsteps.closed, brought.landed
         sums = Counts(
-            footsteps=jnp.sum(closed, dtype=jnp.float32),
+            footsteps=jnp.sum(landed, dtype=jnp.float32),
             falls=jnp.sum(brought.fell, dtype=jnp.float32),
             truncations=jnp.sum(brought.truncated, dtype=jnp.float32),
             broken=jnp.sum(brought.broken, dtype=jnp.float32),
             reward=_sum(closed, steps.transition.reward),
-            speed=_sum(closed, steps.speed),
-            length=_sum(closed, steps.length),
-            seconds=_sum(closed, steps.seconds),
+            speed=_sum(landed, steps.speed),
+            length=_sum(landed, steps.length),
+            seconds=_sum(landed, steps.seconds),
         )
         sums = jax.lax.psum(sums, AXIS)
         if remembers:

@@ -210,8 +210,8 @@ def _walked(compiled: Any, state: TrainState) -> Run:
 
     def run() -> tuple[float, float]:
         nonlocal steppers, key
-        steppers, key, closed = jax.block_until_ready(compiled(steppers, key))
-        return float(closed), 0.0
+        steppers, key, landed = jax.block_until_ready(compiled(steppers, key))
+        return float(landed), 0.0
 
     return run
 

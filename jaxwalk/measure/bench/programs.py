@@ -31,10 +31,10 @@ def walk_ticks(task: Task, count: int, state: Stepper) -> tuple[Stepper, Float[A
     def window(state: Stepper, _: None) -> tuple[Stepper, Bool[Array, ""]]:
         state = stepper.decide(state, footstep.nominal_action(state.walker.person))
         state = collect.run_ticks(task, state, task.setup.window_ticks)
-        return state, state.last.closed
+        return state, collect.landed(task, state)
 
-    state, closed = jax.lax.scan(window, state, length=count)
-    return state, jnp.sum(closed, dtype=jnp.float32)
+    state, landed = jax.lax.scan(window, state, length=count)
+    return state, jnp.sum(landed, dtype=jnp.float32)
 
 
 def record(task: Task, ticks: int, state: Stepper) -> Float[Array, "T 6"]:

@@ -173,7 +173,7 @@ def _follow(
 def nominal_windows(
     config: Config, task: Task, steppers: Stepper, key: PRNGKeyArray
 ) -> tuple[Stepper, PRNGKeyArray, Float[Array, ""]]:
-    """A report's windows of all walkers at their nominal step; and the footsteps they closed."""
+    """A report's windows of all walkers at their nominal step; and the footsteps they made."""
 
     def window(carry: tuple[Stepper, PRNGKeyArray], _: None) -> tuple[tuple[Stepper, PRNGKeyArray], Array]:
         states, key = carry
@@ -181,11 +181,11 @@ def nominal_windows(
         actions = jax.vmap(footstep.nominal_action)(states.walker.person)
         keys = jax.random.split(jax.random.fold_in(here, jax.lax.axis_index(AXIS)), states.asked.shape[0])
         states, brought = collect.window(config, task, states, lambda *_: actions, keys)
-        return (states, key), jnp.sum(brought.footsteps.closed, dtype=jnp.float32)
+        return (states, key), jnp.sum(brought.landed, dtype=jnp.float32)
 
     length = config.train.windows_per_report
-    (steppers, key), closed = jax.lax.scan(window, (steppers, key), length=length)
-    return steppers, key, jax.lax.psum(jnp.sum(closed), AXIS)
+    (steppers, key), landed = jax.lax.scan(window, (steppers, key), length=length)
+    return steppers, key, jax.lax.psum(jnp.sum(landed), AXIS)
 
 
 def windowed(config: Config, mesh: Mesh) -> Callable[..., Any]:

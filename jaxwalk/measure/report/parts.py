@@ -59,7 +59,7 @@ class Part:
         changed = {**self.options, **(self.quick if quick else {}), **self.place(folder), "seed": seed}
         names = {one.name for one in dataclasses.fields(self.kind)}
         if "policies" in names:
-            baselines = [name for name in checks.BUILT_IN if name not in ("shipped", policy)]
+            baselines = [name for name in checks.BUILT_IN if name not in (*checks.TRAINED, policy)]
             changed["policies"] = (*baselines, policy)
         elif "policy" in names:
             changed["policy"] = policy

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -161,6 +162,26 @@ def test_same_seed_same_training_in_one_program(monkeypatch):
     kernels = [x.learner.actor["hidden_0"]["kernel"] for x in (first, other)]
     assert not np.array_equal(*kernels)
     assert 0 < len(traces) == once  # six more calls and another seed trace nothing anew
+
+
+def test_footsteps_are_landings_and_replay_takes_in_every_decision():
+    """Steps are decided anew every window, and yet a footstep is a footstep, and learnt from as one."""
+    mesh, reports = devices.mesh(), 4
+    advance, state = device_loop.make(CONFIG, mesh), device_loop.init(CONFIG, mesh, 1)
+    made = seconds = falls = 0.0
+    for _ in range(reports):
+        state = advance(state)
+        made += float(state.counts.footsteps)
+        seconds += float(state.counts.seconds)
+        falls += float(state.counts.falls)
+    windows = reports * CONFIG.train.windows_per_report * CONFIG.train.walkers
+    assert CONFIG.task.replan == 1 and int(jnp.sum(state.replay.size)) == windows
+    assert float(state.footsteps) == made > CONFIG.ddpg.warmup
+    # All that was walked but for the steps under way is of footsteps, each as long as one is.
+    lived = windows * CONFIG.train.window_ticks * CONFIG.physics.timestep
+    assert lived - CONFIG.train.walkers * CONFIG.gait.stall_seconds < seconds <= lived + 1e-3
+    assert seconds > 0.25 * (made - falls)
+    assert 0 < int(state.learner.updates) <= CONFIG.ddpg.updates_per_footstep * made
 
 
 @pytest.mark.slow

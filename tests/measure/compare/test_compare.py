@@ -11,14 +11,17 @@ import numpy as np
 import pytest
 
 from jaxwalk import cli
-from jaxwalk.config import Config, DDPGConfig, PhysicsConfig
+from jaxwalk.config import DDPGConfig
+from jaxwalk.config.presets import PRESETS
 from jaxwalk.learn.ddpg import learner
 from jaxwalk.learn.policies import named, policy
 from jaxwalk.measure.evaluate import evaluation
 from jaxwalk.measure.protocol import PushTest
 
 OPTIONS = "--walkers 4 --seconds 6 --impulses -10,10,400 --phases 2 --replicas 1".split()
-CONFIG = Config(ddpg=DDPGConfig(hidden=(8,)))
+# Rigid legs, which walk with a step that is never adapted.
+FIRST = "shipped-rigid"
+CONFIG = replace(PRESETS["rigid"], ddpg=DDPGConfig(hidden=(8,)))
 _init = jax.jit(learner.init, static_argnums=(0, 2, 3))
 
 
@@ -46,7 +49,7 @@ def done(runs, tmp_path_factory):
     out = tmp_path_factory.mktemp("compare") / "deep" / "folder"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(evaluation, "AFTER_PUSH", 2.0)
-        argv = ["compare", "fixed", f"ddpg={runs[0]},{runs[1]}", "--out", str(out), *OPTIONS]
+        argv = ["compare", FIRST, f"ddpg={runs[0]},{runs[1]}", "--out", str(out), *OPTIONS]
         assert cli.main(argv) == 0
     return out
 
@@ -57,15 +60,15 @@ def test_everything_is_written(done):
 
 def test_seeds_are_kept_and_summed_up(done):
     result = json.loads((done / "compare.json").read_text())
-    fixed, ddpg = result["policies"]
-    assert (fixed["name"], ddpg["name"]) == ("fixed", "ddpg")
-    assert len(fixed["members"]) == 1 and len(ddpg["members"]) == 2
+    first, ddpg = result["policies"]
+    assert (first["name"], ddpg["name"]) == (FIRST, "ddpg")
+    assert len(first["members"]) == 1 and len(ddpg["members"]) == 2
     speeds = [member["figures"]["speed"] for member in ddpg["members"]]
     assert ddpg["spread"]["speed"]["mean"] == pytest.approx(np.mean(speeds))
     assert ddpg["spread"]["training_footsteps"] == pytest.approx(
         {"mean": 200, "sd": 2**0.5 * 100, "min": 100, "max": 300}
     )
-    assert fixed["spread"]["training_seconds"]["mean"] is None
+    assert first["spread"]["training_seconds"]["mean"] is None
     for policy_ in result["policies"]:
         for member in policy_["members"]:
             assert member["pushes"]["survival"] == [[1, 1], [1, 1], [0, 0]]
@@ -79,7 +82,7 @@ def test_the_table_has_a_line_for_each_seed_and_for_their_spread(done):
     with (done / "compare.csv").open() as file:
         lines = list(csv.DictReader(file))
     assert [(line["name"], line["line"].split("/")[-1]) for line in lines] == [
-        ("fixed", "fixed"), ("ddpg", "a"), ("ddpg", "b"),
+        (FIRST, FIRST), ("ddpg", "a"), ("ddpg", "b"),
         ("ddpg", "mean"), ("ddpg", "sd"), ("ddpg", "min"), ("ddpg", "max"),
     ]  # fmt: skip
     assert lines[0]["training_footsteps"] == ""
@@ -100,23 +103,23 @@ def test_seeds_of_one_method_share_one_program(runs):
 
 
 def test_another_world_is_refused_and_named(runs, tmp_path, capsys):
-    slippery = make_run(tmp_path / "ice", replace(CONFIG, physics=PhysicsConfig(friction=0.2)))
+    slippery = make_run(tmp_path / "ice", replace(CONFIG, physics=replace(CONFIG.physics, friction=0.2)))
     out = tmp_path / "out"
-    assert cli.main(["compare", "fixed", str(runs[0]), str(slippery), "--out", str(out), *OPTIONS]) == 2
+    assert cli.main(["compare", FIRST, str(runs[0]), str(slippery), "--out", str(out), *OPTIONS]) == 2
     error = capsys.readouterr().err
-    assert f"fixed and {slippery} differ in physics.friction: 0.9 and 0.2" in error
+    assert f"{FIRST} and {slippery} differ in physics.friction: 0.9 and 0.2" in error
     assert error.count("\n") == 1 and not out.exists()
 
 
 def test_other_controllers_are_told(runs):
     from jaxwalk.measure.compare import groups, policies
 
-    loaded = policies.load(groups.parse(["fixed", str(runs[0])]))
+    loaded = policies.load(groups.parse([FIRST, str(runs[0])]))
     assert policies.controllers_differ(loaded) == []
     stiff = replace(CONFIG, gait=replace(CONFIG.gait, swing_knee=1.2))
     changed = replace(loaded[1][0], subject=replace(loaded[1][0].subject, config=stiff))
     told = policies.controllers_differ([loaded[0], [changed]])
-    assert told == [f"{runs[0]} walks with gait.swing_knee 1.2, fixed with 1.4"]
+    assert told == [f"{runs[0]} walks with gait.swing_knee 1.2, {FIRST} with 1.4"]
 
 
 @pytest.mark.parametrize(
@@ -129,7 +132,7 @@ def test_other_controllers_are_told(runs):
 )
 def test_a_damaged_run_folder_is_one_line(summary, said, tmp_path, capsys):
     run = make_run(tmp_path / "run", summary=summary)
-    assert cli.main(["compare", "fixed", str(run), "--out", str(tmp_path / "out"), *OPTIONS]) == 2
+    assert cli.main(["compare", FIRST, str(run), "--out", str(tmp_path / "out"), *OPTIONS]) == 2
     error = capsys.readouterr().err
     assert said in error and error.count("\n") == 1
     assert not (tmp_path / "out").exists()

@@ -9,53 +9,64 @@ import mujoco
 import numpy as np
 import pytest
 
-from jaxwalk.config import GRAVITY, Config
+from jaxwalk.config import GRAVITY, BodyConfig, Config
+from jaxwalk.config.presets import PRESETS
 from jaxwalk.control import walker
 from jaxwalk.control.person import Person, model_of, skeleton
 from jaxwalk.measure.gait import forces
-from jaxwalk.model import mjcf, physics
+from jaxwalk.model import mjcf, physics, strength
 from jaxwalk.model.engine import Setup
 
-CONFIG = Config()
-SETUP = Setup.of(CONFIG)
-DT = CONFIG.physics.timestep
-TICKS = 200
-# Hip rate, knee angle, ankle torque, left then right: the first row lets it stand on stiff legs; the
-# second saturates hips and knees; the third pushes off.
-COMMANDS = np.array(
-    [
+BODY, DT, TICKS, ROWS = BodyConfig(), 0.002, 200, 3
+# Of hip, knee and ankle, left then right.
+COMMANDS = {
+    # Hip rate, knee angle, ankle torque: the first row lets it stand on stiff legs; the second saturates
+    # hips and knees; the third pushes off.
+    "servo": [
         [0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         [8.0, 1.4, 5.0, -8.0, 1.0, -5.0],
         [0.5, 0.1, -60.0, -0.5, 0.0, -20.0],
     ],
-    np.float32,
-)
-ROWS = len(COMMANDS)
+    # Torques: the first row's legs yield slowly; the second's hips are told more than there is.
+    "torque": [
+        [-30.0, -60.0, -20.0, -10.0, -60.0, -20.0],
+        [400.0, -50.0, 5.0, -400.0, 40.0, -5.0],
+        [-40.0, -80.0, -60.0, 20.0, -40.0, -40.0],
+    ],
+}
+CONFIGS = {"servo": PRESETS["rigid"], "torque": Config()}
+
+
+@pytest.fixture(scope="module", params=COMMANDS)
+def config(request):
+    return CONFIGS[request.param]
 
 
 @pytest.fixture(scope="module")
-def flown():
+def flown(config):
     """(start, end) plants [ROWS] and the forces [ROWS, TICKS] between."""
+    setup, settings = Setup.of(config), config.physics
 
     def one(key, command):
-        who = Person.of(CONFIG.gait, jnp.float32(1.8), jnp.float32(75.0))
-        model, bones = model_of(SETUP, who), skeleton(SETUP, who)
-        start = walker.start(SETUP, who, key, jnp.float32(0.0)).plant
+        who = Person.of(config.gait, jnp.float32(1.8), jnp.float32(75.0))
+        model, bones = model_of(setup, who), skeleton(setup, who)
+        start = walker.start(setup, who, key, jnp.float32(0.0)).plant
 
         def tick(plant, _):
-            made = physics.advance(CONFIG.body, CONFIG.physics, model, plant, command, jnp.zeros((7, 2)))
-            return physics.outcome(CONFIG.body, made[1])[0], forces.of_tick(mjcf.PLANAR, bones, plant, *made)
+            made = physics.advance(BODY, settings, model, plant, command, jnp.zeros((7, 2)))
+            return physics.outcome(BODY, made[1])[0], forces.of_tick(mjcf.PLANAR, bones, plant, *made)
 
         end, told = jax.lax.scan(tick, start, length=TICKS)
         return start, end, told
 
     keys = jax.random.split(jax.random.key(3), ROWS)
-    return jax.device_get(jax.jit(jax.vmap(one))(keys, jnp.asarray(COMMANDS)))
+    told = jnp.asarray(COMMANDS[settings.drives], jnp.float32)
+    return jax.device_get(jax.jit(jax.vmap(one))(keys, told))
 
 
-def mechanics(plant, row):
+def mechanics(config, plant, row):
     """Forward and upward momentum (N s) and energy (J), by C MuJoCo."""
-    model = physics.compile_mujoco(CONFIG.body, CONFIG.physics)
+    model = physics.compile_mujoco(BODY, config.physics)
     model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = plant.qpos[row], plant.qvel[row]
@@ -66,9 +77,9 @@ def mechanics(plant, row):
 
 
 @pytest.mark.parametrize("row", range(ROWS))
-def test_the_ground_s_impulse_is_the_momentum_gained(flown, row):
+def test_the_ground_s_impulse_is_the_momentum_gained(config, flown, row):
     start, end, told = flown
-    before, after = mechanics(start, row), mechanics(end, row)
+    before, after = mechanics(config, start, row), mechanics(config, end, row)
     weight = 75 * GRAVITY
     ground = told.ground[row].astype(np.float64).sum((0, 1)) * DT
     # The share of what the ground gives altogether that a time step of 2 ms loses to the pose's change.
@@ -78,9 +89,9 @@ def test_the_ground_s_impulse_is_the_momentum_gained(flown, row):
 
 
 @pytest.mark.parametrize("row", range(ROWS))
-def test_work_is_the_energy_gained(flown, row):
+def test_work_is_the_energy_gained(config, flown, row):
     start, end, told = flown
-    before, after = mechanics(start, row), mechanics(end, row)
+    before, after = mechanics(config, start, row), mechanics(config, end, row)
     rates = told.rates[row].astype(np.float64)
     actuators, damping = told.torque[row] * rates, told.damping[row] * rates[..., 2]
     parts = np.array([actuators.sum(), damping.sum(), told.contact_power[row].sum()]) * DT
@@ -88,9 +99,11 @@ def test_work_is_the_energy_gained(flown, row):
     assert parts.sum() == pytest.approx(after[2] - before[2], abs=0.03 * gross)
 
 
-def test_torques_stay_within_the_actuators_limits_and_damping_brakes(flown):
+def test_torques_stay_within_the_actuators_limits_and_damping_brakes(config, flown):
     _, _, told = flown
-    limits = [CONFIG.physics.hip_limit, CONFIG.physics.knee_limit, CONFIG.physics.ankle_limit]
+    limits = [config.physics.hip_limit, config.physics.knee_limit, config.physics.ankle_limit]
+    if config.physics.actuators != "unlimited":
+        limits = [strength.peak(config.physics.actuators, joint) for joint in range(3)]
     # A servo just below its limit at a tick's start may end that tick a little above it.
     assert (np.abs(told.torque) <= np.array(limits) * 1.25).all()
     assert np.isclose(np.abs(told.torque[1, :, :, 0]), limits[0]).any()  # the second row saturates

@@ -16,7 +16,7 @@ OPTIONS = "--walkers 4 --seconds 9".split()
 @pytest.fixture(scope="module")
 def out(tmp_path_factory):
     folder = tmp_path_factory.mktemp("gait") / "deep" / "folder"
-    assert cli.main(["gait", "fixed", "--out", str(folder), *OPTIONS]) == 0
+    assert cli.main(["gait", "replan", "--out", str(folder), *OPTIONS]) == 0
     return folder
 
 
@@ -80,10 +80,10 @@ def test_speed_length_and_cadence_agree_with_each_other_and_with_evaluate(result
     assert result["fell"] == 0 and min(result["strides"].values()) > 4 * 4
     # The same walkers by the controller's own count of steps.
     options = "--walkers 4 --seconds 9 --impulses 10 --phases 1 --replicas 1".split()
-    file = tmp_path / "fixed.json"
+    file = tmp_path / "replan.json"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(evaluation, "AFTER_PUSH", 0.0)
-        assert cli.main(["evaluate", "fixed", *options, "--json", str(file)]) == 0
+        assert cli.main(["evaluate", "replan", *options, "--json", str(file)]) == 0
     walking = json.loads(file.read_text())["walking"]
     assert told["speed"] == pytest.approx(walking["speed_mean"], rel=0.02)
     assert told["step_time"] == pytest.approx(walking["step_duration_mean"], rel=0.03)
@@ -98,18 +98,18 @@ def test_the_same_report_may_be_written_anew_but_no_other_one(out, result, capsy
     with monkeypatch.context() as patch:
         patch.setattr(report.record, "record", no_walk)
         for other in (["--seed", "1"], ["--mass", "80"]):
-            assert cli.main(["gait", "fixed", "--out", str(out), *OPTIONS, *other]) == 2
+            assert cli.main(["gait", "replan", "--out", str(out), *OPTIONS, *other]) == 2
             error = capsys.readouterr().err
             assert error.count("\n") == 1 and "gait.json holds the report of another" in error
         with pytest.raises(AssertionError, match="nobody"):
-            cli.main(["gait", "fixed", "--out", str(out), *OPTIONS])
+            cli.main(["gait", "replan", "--out", str(out), *OPTIONS])
     assert {path: path.read_bytes() for path in out.iterdir()} == before
 
 
 @pytest.mark.parametrize(("name", "says"), [("gait.json", "gait.json: not JSON"), ("gait.png", "of no gait")])
 def test_files_of_others_are_left_alone(tmp_path, capsys, name, says):
     (tmp_path / name).write_text("precious")
-    assert cli.main(["gait", "fixed", "--out", str(tmp_path), *OPTIONS]) == 2
+    assert cli.main(["gait", "replan", "--out", str(tmp_path), *OPTIONS]) == 2
     error = capsys.readouterr().err
     assert error.count("\n") == 1 and says in error and "--out" in error
     assert (tmp_path / name).read_text() == "precious" and len(list(tmp_path.iterdir())) == 1
@@ -128,7 +128,7 @@ def test_files_of_others_are_left_alone(tmp_path, capsys, name, says):
 )
 def test_bad_options_are_one_line(tmp_path, capsys, options, says):
     folder = tmp_path / "new"
-    assert cli.main(["gait", "fixed", "--out", str(folder), *options]) == 2
+    assert cli.main(["gait", "replan", "--out", str(folder), *options]) == 2
     error = capsys.readouterr().err
     assert error.startswith("jaxwalk: error: ") and error.count("\n") == 1 and says in error
     assert not folder.exists()
@@ -136,7 +136,7 @@ def test_bad_options_are_one_line(tmp_path, capsys, options, says):
 
 def test_who_only_falls_has_no_gait(tmp_path, capsys):
     """Nobody walks with sensors that are a hundred times worse than real ones."""
-    code = cli.main(["gait", "fixed", "--out", str(tmp_path), *OPTIONS, "--noise", "100"])
+    code = cli.main(["gait", "replan", "--out", str(tmp_path), *OPTIONS, "--noise", "100"])
     error = capsys.readouterr().err
     assert code == 2 and error.count("\n") == 1
     assert "no whole stride" in error and "4 of 4 walkers fell" in error

@@ -38,7 +38,7 @@ def short():
 
 
 def push_map(out, *more):
-    return cli.main(["push-map", "fixed", "--out", str(out), *OPTIONS, *more])
+    return cli.main(["push-map", "replan", "--out", str(out), *OPTIONS, *more])
 
 
 def trials(out):
@@ -123,7 +123,7 @@ from jaxwalk.task import backend
 from jaxwalk.measure.push_map import run
 devices.BLOCK = backend.BLOCK = {backend.BLOCK}
 run.CALM, run.CALM_SECONDS, evaluation.AFTER_PUSH = {run.CALM}, {run.CALM_SECONDS}, {evaluation.AFTER_PUSH}
-sys.exit(cli.main(["push-map", "fixed", "--out", {str(tmp_path)!r}, *{OPTIONS!r}, "--chunk", "12"]))
+sys.exit(cli.main(["push-map", "replan", "--out", {str(tmp_path)!r}, *{OPTIONS!r}, "--chunk", "12"]))
 """
     flags = [f for f in os.environ.get("XLA_FLAGS", "").split() if "host_platform_device_count" not in f]
     told = {"JAX_NUM_CPU_DEVICES": str(other), "JAX_PLATFORMS": "cpu", "XLA_FLAGS": " ".join(flags)}
@@ -163,7 +163,7 @@ def test_pushes_on_the_legs(tmp_path):
     ],
 )
 def test_bad_options_are_one_line(options, said, tmp_path, capsys):
-    assert cli.main(["push-map", "fixed", "--out", str(tmp_path / "m"), *options]) == 2
+    assert cli.main(["push-map", "replan", "--out", str(tmp_path / "m"), *options]) == 2
     error = capsys.readouterr().err
     assert said in error and error.count("\n") == 1
     assert not (tmp_path / "m").exists()
