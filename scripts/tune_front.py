@@ -2,8 +2,8 @@
 
     python scripts/tune_front.py docs/results/search/*.json --out docs/results/search/front
 
-Each file is of ``scripts/tune.py``. A threshold is the largest push that it, and every smaller one, is survived
-by 95 % at the worst of 16 phases.
+Each file is of ``scripts/tune.py``. A threshold is the largest push that, with every smaller one, is
+survived by 95 % at the worst of 16 phases.
 """
 
 from __future__ import annotations
