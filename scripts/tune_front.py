@@ -95,7 +95,9 @@ def draw(rows: dict[str, dict[str, Any]]) -> Any:
 def main(args: Args) -> None:
     """Try each, write the table and the picture."""
     config = PRESETS["default"]
-    bench = tune.Trials(config, 1, tune.Plan(IMPULSES, calm=16, phases=16, offsets=1, seconds=14.0))
+    bench = tune.Trials(
+        config, 1, tune.Plan(IMPULSES, calm=16, phases=16, offsets=1, weaker=0.0, seconds=14.0)
+    )
     rows = {}
     for path in args.found:
         rows[path.stem] = row = tried(bench, json.loads(path.read_text()), args.replicas)
