@@ -50,6 +50,8 @@ td3-{seed} | jaxwalk train --preset quick --ddpg.twin --seed {seed} --run-dir {a
 sac-{seed} | jaxwalk train-baseline sac --footsteps 20000 --seed {seed} --run-dir {at} | {tiny}
 ppo-{seed} | jaxwalk train-baseline ppo --footsteps 20000 --seed {seed} --run-dir {at} | --footsteps 1280
 learning | python scripts/results.py --collect {runs} {at} |
+rules | jaxwalk compare fixed constant raibert capture-point replan shipped --walkers 256 --seconds 60 \
+--impulses -80,-70,-60,-40,40,60,80,95 --out {at} | {s}
 compare | jaxwalk compare fixed constant raibert capture-point replan shipped {seeds} --walkers 64 \
 --seconds 20 --impulses -100,-80,-60,-40,40,60,70,80 --out {at} | {s}
 report.html | jaxwalk report shipped --results {results} --out {at} --parts \

@@ -24,6 +24,7 @@ import tune
 
 from jaxwalk.common import figures, files, runtime
 from jaxwalk.config.presets import PRESETS
+from jaxwalk.learn.policies import provenance
 from jaxwalk.measure import survival
 
 IMPULSES = tuple(float(sign * size) for sign in (1, -1) for size in range(20, 121, 10))
@@ -103,7 +104,8 @@ def main(args: Args) -> None:
         rows[path.stem] = row = tried(bench, json.loads(path.read_text()), args.replicas)
         print(path.stem, f"{row['forward']:.0f} / {row['backward']:.0f} N s", row["measures"], flush=True)
     args.out.parent.mkdir(parents=True, exist_ok=True)
-    told = {"walks": rows, "options": dataclasses.asdict(args) | {"found": None, "out": None}}
+    names = dataclasses.replace(args, found=tuple(Path(path.name) for path in args.found))
+    told = provenance.stamp("scripts/tune_front.py", names, None, config) | {"walks": rows}
     files.write_json(args.out.with_suffix(".json"), told)
     figures.write_png(draw(rows), args.out.with_suffix(".png"))
 
