@@ -146,35 +146,35 @@ class Replan:
     it lies behind the stance foot the body falls backward: the swing foot is sent behind it.
     """
 
-    length: Number = 0.7343
+    length: Number = 0.683
     """Commanded step length of undisturbed walking, m."""
-    duration: Number = 0.5145
+    duration: Number = 0.4886
     """Time of an undisturbed step, s."""
-    capture: Number = 0.5983
+    capture: Number = 0.5751
     """Where the capture point is ahead of the stance ankle when an undisturbed step ends, m."""
-    length_gain: Number = -0.07912
+    length_gain: Number = -0.173
     """Length for each m that it will be further ahead."""
-    pitch_gain: Number = 1.084
+    pitch_gain: Number = 0.9129
     """Length for each rad that the torso leans forward, m/rad."""
-    duration_gain: Number = 0.3963
+    duration_gain: Number = 0.5817
     """Time by which the step is shorter for each m, s/m."""
     length_least: Number = 0.15
     """Shortest step ahead, m."""
-    duration_least: Number = 0.3153
+    duration_least: Number = 0.2952
     """Shortest step, s."""
     duration_most: Number = 0.7
     """Longest step, s."""
-    back_margin: Number = 0.05873
+    back_margin: Number = 0.03984
     """How far behind the stance ankle the capture point makes the walker step back, m."""
-    back_reach: Number = -0.06051
+    back_reach: Number = 0.01818
     """How far behind `back_gain` times the capture point the foot is put then, m."""
-    back_gain: Number = 1.132
+    back_gain: Number = 0.9132
     """Share of the capture point's way from the hip."""
-    back_least: Number = 0.2941
+    back_least: Number = 0.3141
     """How far behind the stance ankle it is put at least, m."""
-    back_speed: Number = 2.261
+    back_speed: Number = 2.236
     """How fast the foot goes there, m/s."""
-    back_time: Number = 0.3534
+    back_time: Number = 0.3208
     """Longest time that is left for it, s."""
     torso: Number = 0.3155
     """Hip to the torso's centre, m."""
