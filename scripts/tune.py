@@ -106,14 +106,27 @@ GOALS = {
 }
 """Measures of unpushed walking, in the units of `measures`."""
 PUSHES = {
-    40.0: 6.0, 75.0: 12.0, 100.0: 12.0,
-    -25.0: 6.0, -45.0: 10.0, -55.0: 12.0, -63.0: 14.0, -70.0: 14.0, -77.0: 14.0, -84.0: 10.0,
+    45.0: 6.0, 75.0: 14.0, 90.0: 12.0, 103.0: 10.0,
+    -25.0: 6.0, -45.0: 10.0, -57.0: 12.0, -66.0: 14.0, -74.0: 14.0, -83.0: 10.0,
 }  # fmt: skip
-"""Impulses, N s, and what it costs that nobody survives one."""
+"""Impulses, N s, and what it costs that nobody survives one. From turn to turn they are smaller by up to
+`WEAKER`, or the search would learn these very ones."""
+WEAKER = 0.14
 FALL = 30.0
 """What it costs that nobody walks on unpushed."""
-CALM, PHASES, OFFSETS = 12, 8, 4
-SECONDS = 9.0
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Whom each is tried on: ``calm`` walkers unpushed, one pushed by each impulse at each phase; phases
+    shift by a part of their distance from turn to turn, impulses are weaker by up to that share."""
+
+    impulses: tuple[float, ...] = tuple(PUSHES)
+    calm: int = 12
+    phases: int = 8
+    offsets: int = 4
+    weaker: float = WEAKER
+    seconds: float = 9.0
 
 
 @dataclass(frozen=True)
@@ -155,14 +168,15 @@ def pack(numbers: dict[str, float]) -> np.ndarray:
 class Trials:
     """Walks [K] candidates through the same pushes."""
 
-    def __init__(self, config: Config, candidates: int) -> None:
-        self.config, self.rule, self.candidates = config, Replan(), candidates
-        cases = [(0.0, 0.0)] * CALM + [(i, p / PHASES) for i in PUSHES for p in range(PHASES)]
+    def __init__(self, config: Config, candidates: int, plan: Plan = Plan()) -> None:
+        self.config, self.rule, self.candidates, self.plan = config, Replan(), candidates, plan
+        cases = [(i, p / plan.phases) for i in plan.impulses for p in range(plan.phases)]
+        cases += [(0.0, 0.0)] * plan.calm
         self.impulse, self.phase = np.array(cases, np.float32).T
         self.size = len(cases)
         task = dataclasses.replace(Task.of(config), episode_ticks=2**30)
         person, mesh = rules.reference(config.gait), devices.mesh()
-        self.windows = round(SECONDS / task.setup.timestep / task.setup.window_ticks)
+        self.windows = round(plan.seconds / task.setup.timestep / task.setup.window_ticks)
         self.strong = jax.tree.map(lambda x: np.float32(x), (config.gait, self.rule))
 
         def begin(numbers: Any, scenario: Any) -> Tried:
@@ -203,14 +217,17 @@ class Trials:
         numbers = dataclasses.replace(
             bare, compliant=compliant, duration_nominal=duration, length_nominal=length
         )
-        phase = self.phase + (turn % OFFSETS + 0.5) / OFFSETS / PHASES
+        plan = self.plan
+        phase = self.phase + (turn % plan.offsets + 0.5) / plan.offsets / plan.phases
         keys = scenarios.keys(turn, scenarios.TUNE, self.size)
-        scenario = scenarios.batch(self.config, self.impulse, phase, keys)
+        # The golden ratio's multiples fill the interval evenly.
+        impulse = self.impulse * (1 - plan.weaker * (turn * 0.618034 % 1))
+        scenario = scenarios.batch(self.config, impulse, phase, keys)
         tiled = jax.tree.map(lambda x: jnp.concatenate([x] * self.candidates), scenario)
         profile = Profile(jnp.zeros((many, BINS)), jnp.asarray(duration))
         tried = self._begin(numbers, tiled)
         tried = self._advance(all_of(own, rule), profile, tried)
-        kept = tried.replace(trial=trials._without_keys(tried.trial))
+        kept = tried.replace(trial=trials.without_keys(tried.trial))
         return jax.tree.map(lambda x: np.asarray(x).reshape(self.candidates, self.size, *x.shape[1:]), kept)
 
 
@@ -261,7 +278,7 @@ def costs(bench: Trials, walked: Tried, weight: float) -> tuple[np.ndarray, dict
     calm = bench.impulse == 0
     found = measures(bench.config, jax.tree.map(lambda x: x[:, calm], walked))
     up = ~np.asarray(walked.trial.state.terminated)
-    life = np.minimum(walked.trial.tally.fall_seconds / SECONDS, 1.0)
+    life = np.minimum(walked.trial.tally.fall_seconds / bench.plan.seconds, 1.0)
     total = weight * sum(goal.cost(found[name]) for name, goal in GOALS.items())
     total = total + FALL * (1 - up[:, calm].mean(1)) + 2 * FALL * (1 - life[:, calm].mean(1))
     for impulse, price in PUSHES.items():

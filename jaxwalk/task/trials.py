@@ -343,11 +343,11 @@ class Runner:
                 trials = self.advance(params, profile, jnp.int32(windows), trials)
                 jax.block_until_ready(trials.tally.seconds)
                 tell((part * segments + segment + 1) / (parts * segments))
-            done.append(jax.device_get(_without_keys(trials)))
+            done.append(jax.device_get(without_keys(trials)))
         return jax.tree.map(lambda *x: np.concatenate(x)[:count], *done)
 
 
-def _without_keys(trials: Trial) -> Trial:
-    """Random keys cannot leave the device as plain arrays, and nobody reads them there."""
+def without_keys(trials: Trial) -> Trial:
+    """``trials`` without theirs, which leave no device as plain arrays, and which nobody reads there."""
     body = trials.state.walker.replace(key=None)
     return trials.replace(scenario=trials.scenario.replace(key=None), state=trials.state.replace(walker=body))

@@ -29,8 +29,8 @@ def walk():
     task = dataclasses.replace(Task.of(subject.config), episode_ticks=pushes.NEVER)
     ticks = rollout.watched(landed)
     program = jax.jit(lambda s: rollout.segment(task, subject.act, 400, ticks, subject.params, s)[1])
-    sizes = (jnp.float32(x) for x in (1.8, 75.0, 0.0))
-    begun = stepper.start(task, subject.config.gait, *sizes, jax.random.key(0))
+    height, mass, noise = jnp.float32(1.8), jnp.float32(75.0), jnp.float32(0.0)
+    begun = stepper.start(task, subject.config.gait, height, mass, noise, jax.random.key(0))
 
     def of(impulse):
         push = pushes.of_impulse(jnp.float32(impulse), jnp.int32(1000), 0.1, 0.002, jnp.float32(0.0))
