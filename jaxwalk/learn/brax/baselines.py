@@ -225,8 +225,8 @@ class _Run:
         self.rows: list[dict[str, float]] = []
 
     def report(self, decided: int, metrics: Mapping[str, Any]) -> None:
-        """Examine the policy that Brax has come to after so many decisions, and keep it; as the best one if it
-        is.
+        """Examine the policy that Brax has come to after so many decisions, and keep it; as the best one if
+        it is.
 
         Raises:
           _Ended: the user wishes so.
