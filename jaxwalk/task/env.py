@@ -22,7 +22,7 @@ from jaxwalk.task import backend, footstep, spawn, stepper
 from jaxwalk.task.stepper import Stepper, Task
 
 NAME = "jaxwalk_footstep"
-TICKS = 25  # that native code goes on before it is asked whether a walker has landed
+TICKS = 25  # at most, that native code goes on before it is asked whether a walker awaits its decision
 
 
 class FootstepEnv(Env):
@@ -35,7 +35,7 @@ class FootstepEnv(Env):
     is ``info["truncation"]`` 1.0, and the walker walks on if it is stepped nevertheless.
     ``info["final_observation"]`` [O] is the observation with which the footstep ended, also where
     Brax's ``AutoResetWrapper`` has put the next episode's first one into ``obs``. Brax's
-    ``EpisodeWrapper`` counts footsteps and writes its own truncation. ``metrics``: ``speed`` (m/s),
+    ``EpisodeWrapper`` counts decisions and writes its own truncation. ``metrics``: ``speed`` (m/s),
     ``step_length`` (m) and ``step_seconds`` (s) of the footstep, and whether it ``fell`` or was
     ``broken`` (not finite).
 
@@ -87,7 +87,8 @@ class FootstepEnv(Env):
         )
 
     def step(self, state: State, action: Float[Array, "2"]) -> State:
-        """Take one footstep. A walker that is done stays so and earns 0."""
+        """Take one footstep, or as much of it as one decision is for (``config.task.replan``). A walker that
+        is done stays so and earns 0."""
         key, renew_key = jax.random.split(state.info["rng"])
         before = self._renew(cast(Stepper, state.pipeline_state), renew_key)
         over = before.done
@@ -129,15 +130,16 @@ class FootstepEnv(Env):
         return state.replace(walker=body.replace(push=push, key=noise_key))
 
     def _walk(self, state: Stepper) -> Stepper:
-        """Walk until the next touch-down or the end; a stall ends, so this does."""
+        """Walk until the next decision is due, or to the end; a stall ends, so this does."""
         task = self._task
+        ticks = min(TICKS, task.setup.window_ticks) if task.replan else TICKS
         state = state.replace(last=state.last.replace(closed=jnp.bool_(False)))
 
         def on(state: Stepper) -> Stepper:
             def by_xla() -> tuple[Stepper, None]:
                 return stepper.tick(task, model_of(task.setup, state.walker.person), state), None
 
-            return backend.scan(task.setup, _on, task, TICKS, state, otherwise=by_xla)[0]
+            return backend.scan(task.setup, _on, task, ticks, state, otherwise=by_xla)[0]
 
         return jax.lax.while_loop(_goes_on, on, state)
 

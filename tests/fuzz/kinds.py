@@ -53,13 +53,14 @@ class Kind:
 
 def small() -> policy.Policy:
     draw = np.random.default_rng(0)
-    sizes = {"hidden_0": (5, 4), "hidden_1": (4, 3), "output": (3, 2)}
+    count = len(CONFIG.observation)
+    sizes = {"hidden_0": (count, 4), "hidden_1": (4, 3), "output": (3, 2)}
     actor = {
         name: {"kernel": draw.normal(size=size).astype(np.float32), "bias": np.zeros(size[1], np.float32)}
         for name, size in sizes.items()
     }
     return policy.of_parts(
-        CONFIG, actor, jnp.zeros(5), jnp.ones(5),
+        CONFIG, actor, jnp.zeros(count), jnp.ones(count),
         clip=5.0, seed=1, command="jaxwalk train", footsteps=7, score=0.5,
     )  # fmt: skip
 

@@ -15,6 +15,7 @@ from brax.training.agents.sac import networks as sac_networks
 
 from jaxwalk import cli
 from jaxwalk.config import Config, DDPGConfig
+from jaxwalk.config.presets import PRESETS
 from jaxwalk.learn.brax import baselines
 from jaxwalk.learn.brax.options import PPO, SAC, PPOArgs, SACArgs
 from jaxwalk.learn.policies import named, policy
@@ -71,6 +72,24 @@ def test_the_first_policy_is_near_the_nominal_step_with_the_spread_asked_for(mad
     logits = networks.policy_network.apply(*params, observations)
     spread = networks.parametric_action_distribution.create_dist(logits).scale
     np.testing.assert_allclose(spread, 0.25, atol=0.02)
+
+
+def test_brax_discounts_and_ends_in_the_same_time_however_often_steps_are_decided(monkeypatch):
+    asked = []
+    for trainer in (baselines.ppo, baselines.sac):
+        monkeypatch.setattr(trainer, "train", lambda env, **told: asked.append(told))
+    for config in (CONFIG, PRESETS["rigid"]):
+        baselines._ppo(config, PPO(), 0, 1000, 4, lambda *_: None)
+        baselines._sac(config, SAC(), 0, 1000, 4, lambda *_: None)
+        often = baselines.decisions(config)
+        window = config.train.window_ticks * config.physics.timestep
+        for told in asked[-2:]:
+            assert told["discounting"] ** often == pytest.approx(config.ddpg.gamma)
+            assert told["num_timesteps"] == 1000 * often and told["episode_length"] == 64 * often
+        if config.task.replan:  # half a minute, as of a walker that is asked once a step
+            assert 25 < asked[-1]["episode_length"] * window < 40
+        else:
+            assert often == 1
 
 
 def test_nothing_stays_changed_even_after_an_error():

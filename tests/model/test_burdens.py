@@ -10,13 +10,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from jaxwalk.config import Config
+from jaxwalk.config.presets import PRESETS
 from jaxwalk.control.person import Person, model_of
 from jaxwalk.model import anthropometry, burdens, c_mujoco, engine, mjcf, physics
 from jaxwalk.model.burdens import Burden
 from jaxwalk.model.engine import Setup
 
-CONFIG = Config()
+CONFIG = PRESETS["rigid"]  # whose servos hold the legs in the air and on the floor
 SETUP = Setup.of(CONFIG)
 DT = CONFIG.physics.timestep
 TICKS = 40

@@ -42,12 +42,20 @@ from jaxwalk.learn.train.interrupt import Stop
 from jaxwalk.task import footstep, rules
 from jaxwalk.task.env import FootstepEnv
 
-EPISODE = 64  # footsteps, about 30 s: Brax counts episodes in decisions
+EPISODE = 64  # footsteps, about 30 s
 _SMALL = 0.01  # of the last layer's first weights: the first policy answers alike everywhere
 
 # What Brax's trainers hand out: normaliser, policy, and PPO's value function, which nobody needs.
 BraxParams = tuple[Any, ...]
-Report = Callable[[int, Mapping[str, Any]], None]  # footsteps so far, metrics and ``params``
+Report = Callable[[int, Mapping[str, Any]], None]  # decisions so far, metrics and ``params``
+
+
+def decisions(config: Config) -> int:
+    """How often a step of the nominal duration is decided. Brax counts, and discounts, decisions."""
+    if not config.task.replan:
+        return 1
+    seconds = config.task.replan * config.train.window_ticks * config.physics.timestep
+    return max(1, round(config.gait.duration_nominal / seconds))
 
 
 def convert(config: Config, params: BraxParams, **origin: Any) -> Policy:
@@ -148,9 +156,9 @@ def _sac_networks(config: Config, std: float, *args: Any, **options: Any) -> sac
 def _ppo(config: Config, settings: PPO, seed: int, footsteps: int, evaluations: int, report: Report) -> None:
     ppo.train(
         FootstepEnv(config),
-        num_timesteps=footsteps,
+        num_timesteps=footsteps * decisions(config),
         num_evals=evaluations + 1,
-        episode_length=EPISODE,
+        episode_length=EPISODE * decisions(config),
         num_envs=settings.walkers,
         unroll_length=settings.unroll_length,
         batch_size=settings.batch_size,
@@ -160,7 +168,7 @@ def _ppo(config: Config, settings: PPO, seed: int, footsteps: int, evaluations: 
         clipping_epsilon=settings.clipping,
         gae_lambda=settings.gae_lambda,
         entropy_cost=settings.entropy_cost,
-        discounting=config.ddpg.gamma,
+        discounting=config.ddpg.gamma ** (1 / decisions(config)),
         normalize_observations=True,
         network_factory=partial(_ppo_networks, config, settings.first_std),
         progress_fn=report,
@@ -171,17 +179,19 @@ def _ppo(config: Config, settings: PPO, seed: int, footsteps: int, evaluations: 
 def _sac(config: Config, settings: SAC, seed: int, footsteps: int, evaluations: int, report: Report) -> None:
     sac.train(
         FootstepEnv(config),
-        num_timesteps=footsteps,
+        num_timesteps=footsteps * decisions(config),
         num_evals=evaluations + 1,
-        episode_length=EPISODE,
+        episode_length=EPISODE * decisions(config),
         num_envs=settings.walkers,
-        grad_updates_per_step=round(settings.walkers * settings.updates_per_footstep),
+        grad_updates_per_step=max(
+            1, round(settings.walkers * settings.updates_per_footstep / decisions(config))
+        ),
         batch_size=settings.batch_size,
         learning_rate=settings.learning_rate,
         tau=settings.tau,
-        min_replay_size=settings.warmup,
+        min_replay_size=settings.warmup * decisions(config),
         reward_scaling=settings.reward_scaling,
-        discounting=config.ddpg.gamma,
+        discounting=config.ddpg.gamma ** (1 / decisions(config)),
         normalize_observations=True,
         network_factory=partial(_sac_networks, config, settings.first_std),
         progress_fn=report,
@@ -214,13 +224,14 @@ class _Run:
         self.found: dict[int, Marks] = {}
         self.rows: list[dict[str, float]] = []
 
-    def report(self, footsteps: int, metrics: Mapping[str, Any]) -> None:
-        """Examine the policy that Brax has come to, and keep it; as the best one if it is.
+    def report(self, decided: int, metrics: Mapping[str, Any]) -> None:
+        """Examine the policy that Brax has come to after so many decisions, and keep it; as the best one if
+        it is.
 
         Raises:
           _Ended: the user wishes so.
         """
-        self.footsteps = footsteps
+        self.footsteps = footsteps = decided // decisions(self.config)
         origin = dict(seed=self.args.seed, command=self.command, footsteps=footsteps)
         converted = convert(self.config, metrics["params"], **origin, score=None)
         marks, _ = self.exam(policy.without_origin(converted))

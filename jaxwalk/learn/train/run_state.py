@@ -90,7 +90,7 @@ class Past:
         return cls(_whole(notes["rows"]), Record.from_notes(notes["record"]), finalists)
 
 
-def _assessment(notes: Mapping[str, Any]) -> Assessment:
+def _assessment(notes: Any) -> Assessment:
     return Assessment(**{name: _number(x) for name, x in notes.items()})
 
 

@@ -82,7 +82,8 @@ def of_cycle(
     ticks: Ticks, told: Mapping[str, Float[np.ndarray, "T 2"]], cycle: Cycle, timestep: float, mass: float
 ) -> dict[str, float]:
     """Each of `UNITS`. Moments and absorbed powers are sizes; the hip's extension peak and the
-    ankle's plantarflexion peak are angles, negative where they are real extension and plantarflexion.
+    ankle's plantarflexion peak are angles, negative where they are real extension and plantarflexion. The
+    step's length is from where the other foot landed to where it lands itself.
 
     What the impact's figures are says `IMPACT`, the work's `energy.DEFINITION`.
     """
@@ -103,7 +104,7 @@ def of_cycle(
         "speed": length / seconds,
         "cadence": 120 / seconds,
         "stride_length": length,
-        "step_length": float(ankle[cycle.stop, side] - ankle[cycle.stop, 1 - side]),
+        "step_length": float(ankle[cycle.stop, side] - ankle[cycle.other, 1 - side]),
         "stride_time": seconds,
         "step_time": (cycle.stop - cycle.other) * timestep,
         "stance_share": 100 * cycle.stance_share,

@@ -25,7 +25,7 @@ CONFIG = dataclasses.replace(
     SMOKE,
     ddpg=dataclasses.replace(SMOKE.ddpg, warmup=16),
     train=dataclasses.replace(
-        SMOKE.train, footsteps=120, windows_per_report=20, evaluations=3, finalists=3, checkpoint_seconds=1e-6
+        SMOKE.train, footsteps=120, windows_per_report=50, evaluations=3, finalists=3, checkpoint_seconds=1e-6
     ),
 )
 SEED, COMMAND = 3, "jaxwalk train --seed 3"

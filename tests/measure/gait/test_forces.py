@@ -27,13 +27,14 @@ COMMANDS = {
         [8.0, 1.4, 5.0, -8.0, 1.0, -5.0],
         [0.5, 0.1, -60.0, -0.5, 0.0, -20.0],
     ],
-    # Torques: the first row's legs yield slowly; the second's hips are told more than there is.
+    # Angles beyond the start's, rad, to which torques spring: the same.
     "torque": [
-        [-30.0, -60.0, -20.0, -10.0, -60.0, -20.0],
-        [400.0, -50.0, 5.0, -400.0, 40.0, -5.0],
-        [-40.0, -80.0, -60.0, 20.0, -40.0, -40.0],
+        [0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [1.5, 1.4, 0.1, -1.5, 1.0, -0.1],
+        [0.1, 0.1, -1.2, -0.1, 0.0, -0.4],
     ],
 }
+STIFFNESS, DAMPING = np.tile([300.0, 400.0, 50.0], 2), np.tile([20.0, 20.0, 2.0], 2)
 CONFIGS = {"servo": PRESETS["rigid"], "torque": Config()}
 
 
@@ -53,7 +54,10 @@ def flown(config):
         start = walker.start(setup, who, key, jnp.float32(0.0)).plant
 
         def tick(plant, _):
-            made = physics.advance(BODY, settings, model, plant, command, jnp.zeros((7, 2)))
+            told = command
+            if settings.drives == "torque":
+                told = STIFFNESS * (start.qpos[3:] + told - plant.qpos[3:]) - DAMPING * plant.qvel[3:]
+            made = physics.advance(BODY, settings, model, plant, told, jnp.zeros((7, 2)))
             return physics.outcome(BODY, made[1])[0], forces.of_tick(mjcf.PLANAR, bones, plant, *made)
 
         end, told = jax.lax.scan(tick, start, length=TICKS)
