@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from mujoco import mjx
 
-from jaxwalk.config import BodyConfig, Config
+from jaxwalk.config import BodyConfig, Config, Engine
 from jaxwalk.config.presets import PRESETS
 from jaxwalk.control import walker
 from jaxwalk.control.person import Person, model_of
@@ -56,7 +56,7 @@ def no_push():
     return jax.tree.map(lambda x: np.full(ROWS, x), pushes.none())
 
 
-def replay(config, engine_name="mjx"):
+def replay(config, engine_name: Engine = "mjx"):
     """Compiled once: [ROWS] bodies, starts, commands and pushes -> (plants, readings), [ROWS, TICKS]."""
     setup, traces = Setup.of(config, engine_name), []
 

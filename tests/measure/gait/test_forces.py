@@ -105,9 +105,11 @@ def test_work_is_the_energy_gained(config, flown, row):
 
 def test_torques_stay_within_the_actuators_limits_and_damping_brakes(config, flown):
     _, _, told = flown
-    limits = [config.physics.hip_limit, config.physics.knee_limit, config.physics.ankle_limit]
-    if config.physics.actuators != "unlimited":
-        limits = [strength.peak(config.physics.actuators, joint) for joint in range(3)]
+    own = config.physics
+    limits = [
+        strength.peak(own.actuators, joint) or limit
+        for joint, limit in enumerate((own.hip_limit, own.knee_limit, own.ankle_limit))
+    ]
     # A servo just below its limit at a tick's start may end that tick a little above it.
     assert (np.abs(told.torque) <= np.array(limits) * 1.25).all()
     assert np.isclose(np.abs(told.torque[1, :, :, 0]), limits[0]).any()  # the second row saturates
