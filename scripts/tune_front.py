@@ -8,7 +8,6 @@ survived by 95 % at the worst of 16 phases.
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import sys
 from dataclasses import dataclass
@@ -104,8 +103,8 @@ def main(args: Args) -> None:
         rows[path.stem] = row = tried(bench, json.loads(path.read_text()), args.replicas)
         print(path.stem, f"{row['forward']:.0f} / {row['backward']:.0f} N s", row["measures"], flush=True)
     args.out.parent.mkdir(parents=True, exist_ok=True)
-    names = dataclasses.replace(args, found=tuple(Path(path.name) for path in args.found))
-    told = provenance.stamp("scripts/tune_front.py", names, None, config) | {"walks": rows}
+    told = provenance.stamp("scripts/tune_front.py", args, None, config) | {"walks": rows}
+    told["options"]["found"] = [path.name for path in args.found]
     files.write_json(args.out.with_suffix(".json"), told)
     figures.write_png(draw(rows), args.out.with_suffix(".png"))
 

@@ -36,9 +36,9 @@ T = TypeVar("T")
 class Constant:
     """A step that is never adapted: the best mean survival that a short search found."""
 
-    length: Number = 0.667
+    length: Number = 0.7856
     """Commanded step length, m."""
-    duration: Number = 0.083
+    duration: Number = 0.475
     """Commanded early swing, s."""
 
     def command(self, observation: Float[Array, "O"]) -> Float[Array, "2"]:
@@ -55,13 +55,13 @@ class Raibert:
     v T_s / 2 is linear in v: its value in undisturbed walking is part of ``length``, its slope of ``gain``.
     """
 
-    length: Number = 0.667
+    length: Number = 0.7856
     """Commanded step length of undisturbed walking, m."""
-    duration: Number = 0.083
+    duration: Number = 0.475
     """Commanded early swing, s."""
     gain: Number = 0.1
     """Length for each m/s too fast, s; where the short search began, and nothing it tried was better."""
-    landing_speed: Number = 1.225
+    landing_speed: Number = 1.248
     """Speed at an undisturbed touch-down, the step's fastest moment, for each m/s desired."""
 
     def command(self, observation: Float[Array, "O"]) -> Float[Array, "2"]:
@@ -90,23 +90,23 @@ class CapturePoint:
     two gains carry the changes of (L, T) to it.
     """
 
-    length: Number = 0.708
+    length: Number = 0.7811
     """Commanded step length of undisturbed walking, m."""
-    duration: Number = 0.105
+    duration: Number = 0.4852
     """Commanded early swing of undisturbed walking, s."""
-    length_gain: Number = 0.686
+    length_gain: Number = -0.2111
     """Commanded length for each m that the step shall be longer."""
-    duration_gain: Number = -0.054
+    duration_gain: Number = 0.07514
     """Commanded early swing for each s that the step shall last longer."""
-    timing: Number = 2.342
+    timing: Number = 3.189
     """Price of a change of time against one of length: 0 changes the time only."""
-    step: Number = 0.511
+    step: Number = 0.6857
     """L0: how long an undisturbed step really is, m."""
-    seconds: Number = 0.502
+    seconds: Number = 0.6982
     """T0: how long it lasts, s."""
-    com_ahead: Number = -0.226
+    com_ahead: Number = -0.3176
     """The torso's centre ahead of the landed foot at an undisturbed touch-down, m."""
-    landing_speed: Number = 1.225
+    landing_speed: Number = 1.248
     """Speed at an undisturbed touch-down for each m/s desired."""
     height: Number = 1.0
     """z: of the body's centre of mass, m."""
