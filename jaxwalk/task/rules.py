@@ -36,9 +36,9 @@ T = TypeVar("T")
 class Constant:
     """A step that is never adapted: the best mean survival that a short search found."""
 
-    length: Number = 0.7856
+    length: Number = 0.823
     """Commanded step length, m."""
-    duration: Number = 0.475
+    duration: Number = 0.4936
     """Commanded early swing, s."""
 
     def command(self, observation: Float[Array, "O"]) -> Float[Array, "2"]:
@@ -55,11 +55,11 @@ class Raibert:
     v T_s / 2 is linear in v: its value in undisturbed walking is part of ``length``, its slope of ``gain``.
     """
 
-    length: Number = 0.7856
+    length: Number = 0.8455
     """Commanded step length of undisturbed walking, m."""
-    duration: Number = 0.475
+    duration: Number = 0.4842
     """Commanded early swing, s."""
-    gain: Number = 0.1
+    gain: Number = -0.1369
     """Length for each m/s too fast, s; where the short search began, and nothing it tried was better."""
     landing_speed: Number = 1.248
     """Speed at an undisturbed touch-down, the step's fastest moment, for each m/s desired."""
@@ -90,21 +90,21 @@ class CapturePoint:
     two gains carry the changes of (L, T) to it.
     """
 
-    length: Number = 0.7811
+    length: Number = 0.8153
     """Commanded step length of undisturbed walking, m."""
-    duration: Number = 0.4852
+    duration: Number = 0.4927
     """Commanded early swing of undisturbed walking, s."""
-    length_gain: Number = -0.2111
+    length_gain: Number = -0.1965
     """Commanded length for each m that the step shall be longer."""
-    duration_gain: Number = 0.07514
+    duration_gain: Number = 0.07022
     """Commanded early swing for each s that the step shall last longer."""
-    timing: Number = 3.189
+    timing: Number = 3.41
     """Price of a change of time against one of length: 0 changes the time only."""
-    step: Number = 0.6857
+    step: Number = 0.685
     """L0: how long an undisturbed step really is, m."""
-    seconds: Number = 0.6982
+    seconds: Number = 0.6975
     """T0: how long it lasts, s."""
-    com_ahead: Number = -0.3176
+    com_ahead: Number = -0.3144
     """The torso's centre ahead of the landed foot at an undisturbed touch-down, m."""
     landing_speed: Number = 1.248
     """Speed at an undisturbed touch-down for each m/s desired."""
@@ -146,35 +146,35 @@ class Replan:
     it lies behind the stance foot the body falls backward: the swing foot is sent behind it.
     """
 
-    length: Number = 0.683
+    length: Number = 0.7343
     """Commanded step length of undisturbed walking, m."""
-    duration: Number = 0.4886
+    duration: Number = 0.5145
     """Time of an undisturbed step, s."""
-    capture: Number = 0.5751
+    capture: Number = 0.5983
     """Where the capture point is ahead of the stance ankle when an undisturbed step ends, m."""
-    length_gain: Number = -0.173
+    length_gain: Number = -0.07912
     """Length for each m that it will be further ahead."""
-    pitch_gain: Number = 0.9129
+    pitch_gain: Number = 1.084
     """Length for each rad that the torso leans forward, m/rad."""
-    duration_gain: Number = 0.5817
+    duration_gain: Number = 0.3963
     """Time by which the step is shorter for each m, s/m."""
     length_least: Number = 0.15
     """Shortest step ahead, m."""
-    duration_least: Number = 0.2952
+    duration_least: Number = 0.3153
     """Shortest step, s."""
     duration_most: Number = 0.7
     """Longest step, s."""
-    back_margin: Number = 0.03984
+    back_margin: Number = 0.05873
     """How far behind the stance ankle the capture point makes the walker step back, m."""
-    back_reach: Number = 0.01818
+    back_reach: Number = -0.06051
     """How far behind `back_gain` times the capture point the foot is put then, m."""
-    back_gain: Number = 0.9132
+    back_gain: Number = 1.132
     """Share of the capture point's way from the hip."""
-    back_least: Number = 0.3141
+    back_least: Number = 0.2941
     """How far behind the stance ankle it is put at least, m."""
-    back_speed: Number = 2.236
+    back_speed: Number = 2.261
     """How fast the foot goes there, m/s."""
-    back_time: Number = 0.3208
+    back_time: Number = 0.3534
     """Longest time that is left for it, s."""
     torso: Number = 0.3155
     """Hip to the torso's centre, m."""
