@@ -109,7 +109,8 @@ def followed(
 def trained(args: Args, network: Network, seen: np.ndarray, wanted: np.ndarray) -> tuple[Network, float]:
     """The network after `epochs` over what was seen, and how far it is off, root mean square."""
     actor, mean, std = network
-    steps = args.epochs * (len(seen) // args.batch)
+    batch = min(args.batch, len(seen))
+    steps = args.epochs * (len(seen) // batch)
     adam = optax.adam(optax.cosine_decay_schedule(args.rate, steps))
 
     def loss(actor: Any, observation: jax.Array, action: jax.Array) -> jax.Array:
@@ -128,7 +129,7 @@ def trained(args: Args, network: Network, seen: np.ndarray, wanted: np.ndarray) 
     observations, actions = jnp.asarray(seen), jnp.asarray(wanted)
     carry, rng, values = (actor, adam.init(actor)), np.random.default_rng(args.seed), np.zeros(1)
     for _ in range(args.epochs):
-        order = rng.permutation(len(seen))[: len(seen) // args.batch * args.batch].reshape(-1, args.batch)
+        order = rng.permutation(len(seen))[: len(seen) // batch * batch].reshape(-1, batch)
         carry, values = epoch(carry, jnp.asarray(order))
     return (carry[0], mean, std), float(np.sqrt(np.mean(values)))
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -301,6 +302,10 @@ def line(found: dict[str, np.ndarray], which: int) -> str:
 
 def main(args: Args) -> None:
     """Search until the time is over; write the mean that it has come to, and the way there."""
+    if args.minutes <= 0:
+        sys.exit(f"--minutes {args.minutes:g}: give a number above 0")
+    if args.begin not in ("", "shipped") and not Path(args.begin).is_file():
+        sys.exit(f"--begin {args.begin}: give a file that this script wrote, or shipped")
     config = PRESETS["default"]
     bench = Trials(config, args.population)
     start = dict(ROUGH)

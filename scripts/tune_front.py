@@ -53,6 +53,11 @@ def threshold(rates: dict[float, float], sign: int) -> float:
 
 def tried(bench: tune.Trials, numbers: dict[str, Any], replicas: int) -> dict[str, Any]:
     """One walk's measures, worst phases and thresholds."""
+    told = {**numbers["legs"], **numbers["rule"]}
+    if missing := sorted(set(tune.RANGES) - set(told)):
+        sys.exit(
+            f"{numbers['options']['out']}: it lacks {', '.join(missing)}; give a file of scripts/tune.py"
+        )
     legs, rule = (
         {n: np.array([x], np.float32) for n, x in numbers[part].items()} for part in ("legs", "rule")
     )

@@ -71,6 +71,7 @@ _PAPER = dataclasses.replace(
     observation=("speed", "pitch", "zmp", "step_length"),
 )
 
+# Of the walk on rigid legs, with one decision a step, are the figures below.
 # For one accelerator, where a footstep costs next to nothing beside an update: fewer of these than the
 # default, of larger batches, from more footsteps. Two trainings that went on to 640,000 footsteps, exploring
 # ever less, were at their best after 83,000 and 123,000 (docs/results/gpu-train.json); so they began.

@@ -92,7 +92,7 @@ class PhysicsConfig:
     tolerance: float = 1e-6
     """MuJoCo's own solver stops early when its scaled improvement falls below this."""
     contact_timeconst: float = 0.015
-    """Time constant of contacts (MuJoCo solref[0]), s; at least two ticks."""
+    """Time constant of contacts (MuJoCo solref[0]), under the toe and at walls, s; at least two ticks."""
     heel_timeconst: float = 0.03
     """The same under the heel, s: people's heel pad and shoe take up most of a landing."""
     friction: float = 0.9
@@ -100,7 +100,7 @@ class PhysicsConfig:
     hip_gain: float = 290.0
     """Velocity servo gain of the hip, N m s/rad."""
     hip_limit: float = 250.0
-    """Largest hip torque, N m."""
+    """Largest hip torque, N m; with a strength of ``actuators``, that is the limit instead."""
     knee_stiffness: float = 1200.0
     """Position gain of the knee servo, N m/rad."""
     knee_damping: float = 100.0

@@ -29,7 +29,7 @@ class Controller:
 
     Attributes:
       timestep: s between ticks.
-      touchdown: a foot landed in the last tick; ``action`` is then fresh.
+      touchdown: a foot landed in the last tick; ``action`` is fresh then, if steps are not decided anew.
       observation: [O] what the policy was told last. action: [2] its answer, in [-1, 1].
       clock: where in the step the walker is.
       estimate: what the filters made of the last sensors.

@@ -27,8 +27,8 @@ class Person:
       torso_share: of the mass of the body that the torso's lean moves.
       torso_inertia: about the hip, kg m^2. half_leg: mass of each half of a leg, kg.
       ankle_damping: N m s/rad. ankle_limit: largest torque, N m.
-      strength: [2, 3, 3] of hip, knee and ankle, forward and back: the largest torque (N m) and the rates
-        (rad/s) at which three quarters and half of it are left, of the reference body; None: no limit.
+      strength: [2, 3, 3] forward and back; of each the largest torque (N m), and the rates (rad/s) at which
+        three quarters and half of it are left; of hip, knee and ankle of the reference body. None: no limit.
     """
 
     length: np.float32

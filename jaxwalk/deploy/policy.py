@@ -11,6 +11,7 @@ import numpy as np
 
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import GaitConfig, Observable, validate
+from jaxwalk.config.gait import SWITCHES
 from jaxwalk.deploy import file, person
 
 _LONGEST_WINDOW = 10_000  # ticks of the moving mean
@@ -107,9 +108,19 @@ def _check(manifest: dict[str, Any]) -> None:
     decisions = manifest.get("decisions", {"replan": 0, "window_ticks": 1})
     counts = (decisions["replan"], decisions["window_ticks"] - 1)
     sound = sound and all(type(x) is int and x >= 0 for x in counts)
-    strong = who.strength is None or (np.isfinite(who.strength).all() and (who.strength > 0).all())
+    strong = who.strength is None or _is_strength(who.strength)
+    legs = who.gait.compliant
+    strong = strong and min(legs.knee_seconds, legs.push_off_ramp, legs.pitch_nominal) > 0
+    sound = sound and set(manifest["switches"]) <= set(SWITCHES)
     if not sound or not strong or not np.isfinite(own).all() or not who.leg > 0:
         raise ValueError
+
+
+def _is_strength(told: np.ndarray) -> bool:
+    """Whether torques fall from their largest to nothing as rates grow."""
+    _, three_quarters, half = told.transpose(1, 0, 2)
+    sound = np.isfinite(told).all() and (told > 0).all()
+    return bool(sound and (half > three_quarters).all() and (half >= 2 * three_quarters - 1e-6).all())
 
 
 def _decode(manifest: dict[str, Any], tensors: dict[str, np.ndarray]) -> Policy:

@@ -2,7 +2,8 @@
 
 Walkers touch down at different ticks; waiting for the slowest would waste the others.
 So ticks run in windows, and the policy is asked once for all at each window's start; a
-touch-down inside a window is answered at its end, before early swing needs the answer.
+touch-down inside a window is answered at its end: rigid legs' early swing needs the answer no sooner, and
+compliant ones may be told otherwise at any time.
 """
 
 from __future__ import annotations

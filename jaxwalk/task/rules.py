@@ -1,7 +1,7 @@
-"""Footstep rules without learning, to judge a learned policy against.
+"""Footstep rules without learning, to judge a learned policy against; on compliant legs.
 
 Each rule is a frozen dataclass of constants and a pure function from the raw observation (scaled to
-the reference body, see `jaxwalk.task.footstep.observe`) to the commanded (length m, early swing s) of the
+the reference body, see `jaxwalk.task.footstep.observe`) to the commanded (length m, duration s) of the
 reference body. Their constants were found on the training physics by ``scripts/tune_baselines.py``,
 by the score that settles between a run's best policies.
 """
@@ -39,7 +39,7 @@ class Constant:
     length: Number = 0.823
     """Commanded step length, m."""
     duration: Number = 0.4936
-    """Commanded early swing, s."""
+    """Commanded duration, s."""
 
     def command(self, observation: Float[Array, "O"]) -> Float[Array, "2"]:
         """The same for every observation."""
@@ -58,9 +58,9 @@ class Raibert:
     length: Number = 0.8455
     """Commanded step length of undisturbed walking, m."""
     duration: Number = 0.4842
-    """Commanded early swing, s."""
+    """Commanded duration, s."""
     gain: Number = -0.1369
-    """Length for each m/s too fast, s; where the short search began, and nothing it tried was better."""
+    """Length for each m/s too fast, s."""
     landing_speed: Number = 1.248
     """Speed at an undisturbed touch-down, the step's fastest moment, for each m/s desired."""
 
@@ -93,11 +93,11 @@ class CapturePoint:
     length: Number = 0.8153
     """Commanded step length of undisturbed walking, m."""
     duration: Number = 0.4927
-    """Commanded early swing of undisturbed walking, s."""
+    """Commanded duration of undisturbed walking, s."""
     length_gain: Number = -0.1965
     """Commanded length for each m that the step shall be longer."""
     duration_gain: Number = 0.07022
-    """Commanded early swing for each s that the step shall last longer."""
+    """Commanded duration for each s that the step shall last longer."""
     timing: Number = 3.41
     """Price of a change of time against one of length: 0 changes the time only."""
     step: Number = 0.685
@@ -142,8 +142,8 @@ class Replan:
     """Step length and time from the capture point, asked again and again while the foot is in the air.
 
     The capture point runs away from the stance foot as exp(w0 t) (Koolen et al. 2012). Where it will be when
-    the step would usually end, less where it is then in steady walking, makes the step longer and sooner. If
-    it lies behind the stance foot the body falls backward: the swing foot is sent behind it.
+    the step would usually end, less where it is then in steady walking, changes its length and makes it
+    sooner. If it lies behind the stance foot the body falls backward: the swing foot is sent behind it.
     """
 
     length: Number = 0.7343

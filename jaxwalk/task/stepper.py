@@ -82,9 +82,9 @@ class Stepper(struct.PyTreeNode):
 
     Attributes:
       walker: the body and its controllers.
-      asked: a touch-down awaits its decision.
+      asked: a decision is awaited.
       decided: the footstep under way has one.
-      observation: [O] latched at the last touch-down.
+      observation: [O] as it was asked last: at the touch-down, or at a window's end.
       action: [2] the decision, in [-1, 1].
       speed_sum: of the estimated speed over the ticks of the footstep, m/s.
       last: the footstep that ended last.
@@ -175,7 +175,8 @@ def tick(
     """
     white = walker.noise(stepper.walker, 1)[0] if white is None else white
     setup = task.setup
-    # Gazebo's drives round to whole ticks, which has no kernel; their plant has (`engine.move`).
+    # Gazebo's drives round to whole ticks, which has no kernel, and compliant legs have not been tried on a
+    # GPU; the plant of both has kernels (`engine.move`).
     servos = setup.engine == "mjx" and setup.physics.drives == "servo"
     if servos and engine.on_gpu(setup):
         return kernels.fused(_tick, task, stepper, white)

@@ -12,7 +12,7 @@ from jaxwalk.control.sensors import Estimate
 from jaxwalk.control.step_clock import StepClock
 from jaxwalk.model.kinematics import Skeleton
 
-_ERROR_MOST = 2.0  # m off the usual landing: what is further off is not told apart
+_ERROR_MOST = 2.0  # legs off the usual landing: what is further off is not told apart
 
 
 def capture_error(config: GaitConfig, body: Skeleton, clock: StepClock, where: Posture) -> Float[Array, ""]:

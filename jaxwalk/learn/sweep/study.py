@@ -17,7 +17,7 @@ from optuna.study import Study
 from optuna.trial import FrozenTrial, Trial, TrialState
 
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import Config, to_dict
+from jaxwalk.config import Config, of_dict, to_dict
 from jaxwalk.learn.sweep import space
 from jaxwalk.learn.sweep.space import Dimension, Range
 
@@ -123,12 +123,20 @@ def open_study(
         raise UserError(f"study {name} in {where} is not of jaxwalk sweep: give another --study")
     plain = _plain(ours)
     for what in ("space", "config", "seed"):
-        if theirs.get(what) != plain[what]:
+        if theirs.get(what) != plain[what] and not (what == "config" and _is(theirs.get(what), config)):
             meant = {"space": "--set", "config": "options of train", "seed": "--seed"}[what]
             raise UserError(
                 f"study {name} in {where} was begun with other {meant}: give the same, or another --study"
             )
     return study
+
+
+def _is(told: Any, config: Config) -> bool:
+    """Whether ``told``, of this version or an earlier one, stands for ``config``."""
+    try:
+        return of_dict(told) == config
+    except UserError:
+        return False
 
 
 def _plain(value: Any) -> Any:

@@ -71,7 +71,7 @@ def controllers_differ(loaded: Sequence[Sequence[Member]]) -> list[str]:
         f"{other.name} walks with {field} {_shown(theirs)}, {first.name} with {_shown(ours)}"
         for other in others
         for field, ours, theirs in _differences(first.config, other.config)
-        if field.startswith("gait.")
+        if field.startswith(("gait.", "task."))
     ]
 
 

@@ -55,7 +55,11 @@ def settings(config: Config, values: dict[str, tuple[float, ...]]) -> list[Setti
 def _changed(config: Config, parameter: str, value: int | float) -> Config:
     if parameter == "timestep":
         config = at_timestep(config, value)
-    changed = dataclasses.replace(config, physics=dataclasses.replace(config.physics, **{parameter: value}))
+    physics = dataclasses.replace(config.physics, **{parameter: value})
+    if parameter == "contact_timeconst":  # the heel goes with the toe
+        heel = config.physics.heel_timeconst * value / config.physics.contact_timeconst
+        physics = dataclasses.replace(physics, heel_timeconst=heel)
+    changed = dataclasses.replace(config, physics=physics)
     validate.check(changed)
     return changed
 
