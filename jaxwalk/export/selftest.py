@@ -20,7 +20,7 @@ from jaxwalk.common import untrusted
 from jaxwalk.common.errors import UserError
 
 VECTORS, C_TEST = "selftest.json", "selftest.c"
-TOLERANCE = 1e-6
+TOLERANCE = 1e-5  # m, s; of a steep network JAX itself is half of that from the same sums in doubles
 """Largest difference of a command, m and s: 32-bit sums in another order differ by so much at most."""
 C_FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2")
 

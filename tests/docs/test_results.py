@@ -47,7 +47,7 @@ def elsewhere(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("change", ["speed", "date", "commit"])
 def test_another_result_makes_the_text_stale(elsewhere, change):
-    path = elsewhere / "compare" / "compare.json"
+    path = elsewhere / "rules" / "compare.json"
     found = json.loads(path.read_text())
     if change == "speed":
         (shipped,) = (one for one in found["policies"] if one["name"] == "shipped")

@@ -160,23 +160,33 @@ def save(policy: Policy, path: str | os.PathLike[str]) -> None:
       UserError: the file cannot be written there.
       ValueError: a policy that ``load`` would refuse.
     """
+    try:
+        write(policy, path)
+    except OSError as error:
+        reason = error.strerror or error
+        raise UserError(f"policy {path}: cannot be written ({reason}); choose another place") from None
+
+
+def write(policy: Policy, path: str | os.PathLike[str]) -> None:
+    """As `save`, for a training, which says itself how it goes on.
+
+    Raises:
+      OSError: the file cannot be written there.
+      ValueError: a policy that ``load`` would refuse.
+    """
     path = Path(path)
     numbers = tensors(policy)
     if problem := _problem(policy.metadata, numbers):
         raise ValueError(f"policy not saved: {problem}")
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
-        try:
-            with open(temporary, "wb") as file:
-                file.write(safetensors.numpy.save(numbers, header(policy)))
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(temporary, path)
-        finally:
-            temporary.unlink(missing_ok=True)
-    except OSError as error:
-        reason = error.strerror or error
-        raise UserError(f"policy {path}: cannot be written ({reason}); choose another place") from None
+        with open(temporary, "wb") as file:
+            file.write(safetensors.numpy.save(numbers, header(policy)))
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
 
 
 def load(path: str | os.PathLike[str]) -> Policy:

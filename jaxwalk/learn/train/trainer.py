@@ -297,14 +297,14 @@ class Training:
             self.config, current, seed=self.seed, command=self.command, footsteps=footsteps, score=found.score
         )
         if self.folder.writes:
-            policy.save(learned, self.folder.candidate(footsteps))
+            policy.write(learned, self.folder.candidate(footsteps))
         better = np.isfinite(found.score) and (
             not record.found or found.score > record.found[record.best].score
         )
         if better:
             record.best = footsteps
             if self.folder.writes:
-                policy.save(learned, self.folder.policy)
+                policy.write(learned, self.folder.policy)
         self.finals.enter(learned, found.score)
         if np.isfinite(found.score):
             record.found[footsteps] = found
@@ -333,7 +333,7 @@ class Training:
         winner = settled[0][0]
         self.record.best = winner.metadata.footsteps
         if self.folder.writes:
-            policy.save(winner, self.folder.policy)
+            policy.write(winner, self.folder.policy)
         return [{"footsteps": one.metadata.footsteps, **asdict(found)} for one, found in settled]
 
     def _finish(self, footsteps: int, interrupted: bool, finals: list[dict[str, Any]]) -> None:
