@@ -150,7 +150,7 @@ class Args:
     """Where what is found goes (JSON)."""
 
 
-def unpack(config: Config, rule: Replan, unit: np.ndarray) -> tuple[dict[str, Any], dict[str, Any]]:
+def unpack(unit: np.ndarray) -> tuple[dict[str, Any], dict[str, Any]]:
     """[K] numbers of the legs and of the rule, from [K, n] points of the unit cube."""
     values = {
         name: (low + (high - low) * unit[:, i]).astype(np.float32)
@@ -233,8 +233,10 @@ class Trials:
 
 
 def _by_xla(task: Task, one: Tried, profile: Profile) -> tuple[Tried, None]:
-    body = lambda _, tried: exertion.tick(task, tried, profile)  # noqa: E731
-    return jax.lax.fori_loop(0, task.setup.window_ticks, body, one), None
+    def on(_: int, tried: Tried) -> Tried:
+        return exertion.tick(task, tried, profile)
+
+    return jax.lax.fori_loop(0, task.setup.window_ticks, on, one), None
 
 
 def measures(config: Config, walked: Tried) -> dict[str, np.ndarray]:
@@ -321,7 +323,7 @@ def main(args: Args) -> None:
     begun, turn = time.monotonic(), 0
     while time.monotonic() - begun < 60 * args.minutes:
         units = np.array([cma.ask() for _ in range(args.population)])
-        cost, found = costs(bench, bench(*unpack(config, bench.rule, units), turn), args.weight)
+        cost, found = costs(bench, bench(*unpack(units), turn), args.weight)
         cma.tell([(unit, float(one)) for unit, one in zip(units, cost, strict=True)])
         if turn % 10 == 0:
             best = int(np.argmin(cost))
@@ -333,7 +335,7 @@ def main(args: Args) -> None:
 
 
 def _write(args: Args, mean: np.ndarray, cost: float) -> None:
-    legs, rule = unpack(Config(), Replan(), mean[None])
+    legs, rule = unpack(mean[None])
     told = {"cost": cost, "legs": {n: round(float(x[0]), 5) for n, x in legs.items()},
             "rule": {n: round(float(x[0]), 5) for n, x in rule.items()},
             "options": {n: str(v) if isinstance(v, Path) else v for n, v in vars(args).items()}}  # fmt: skip

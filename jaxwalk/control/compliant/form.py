@@ -43,10 +43,10 @@ def command(
         [
             standing.hip(numbers, bones, clock, where, estimate, error),
             standing.knee(numbers, clock, estimate),
-            standing.ankle(numbers, bones, clock, where, estimate, error),
+            standing.ankle(numbers, clock, where, estimate, error),
         ]
     )
-    swings = swing.torques(numbers, bones, clock, where, estimate)
+    swings = swing.torques(numbers, clock, where, estimate)
     asked = jnp.where(clock.is_stance[:, None], stands, swings).reshape(6)
     return strength.limited(setup.physics.actuators, person.ratio, asked, estimate.joint_rates.reshape(6))
 
@@ -56,7 +56,7 @@ def proceed(
 ) -> tuple[StepClock, Bool[Array, ""]]:
     """The clock after a tick, and whether a foot landed in it: the path of the other leg then begins."""
     numbers, where = person.gait, posture.of(bones, estimate)
-    landed = swing.touched_down(numbers, bones, clock, where, estimate)
+    landed = swing.touched_down(numbers, clock, where, estimate)
     restarted = clock.replace(
         stance=1 - clock.stance, elapsed=jnp.zeros(()), path=_path(estimate, clock.stance)
     )

@@ -67,7 +67,6 @@ def push_off(config: GaitConfig, estimate: Estimate) -> Float[Array, ""]:
 
 def ankle(
     config: GaitConfig,
-    body: Skeleton,
     clock: StepClock,
     where: Posture,
     estimate: Estimate,

@@ -58,9 +58,7 @@ def _path(clock: StepClock) -> Path:
     return clock.path
 
 
-def torques(
-    config: GaitConfig, body: Skeleton, clock: StepClock, where: Posture, estimate: Estimate
-) -> Float[Array, "3"]:
+def torques(config: GaitConfig, clock: StepClock, where: Posture, estimate: Estimate) -> Float[Array, "3"]:
     """[3] of hip, knee and ankle of the leg in the air, N m."""
     own, swing, path = config.compliant, 1 - clock.stance, _path(clock)
     hip, knee, ankle = estimate.joints[swing]
@@ -82,9 +80,7 @@ def torques(
     )
 
 
-def touched_down(
-    config: GaitConfig, body: Skeleton, clock: StepClock, where: Posture, estimate: Estimate
-) -> Bool[Array, ""]:
+def touched_down(config: GaitConfig, clock: StepClock, where: Posture, estimate: Estimate) -> Bool[Array, ""]:
     """Whether the foot has landed where it was sent: ahead, late enough, or behind, with force enough."""
     own, swing = config.compliant, 1 - clock.stance
     ahead = where.ankle[swing] - where.ankle[clock.stance]

@@ -126,13 +126,13 @@ def leaning(behind, speed=1.0, ankle=0.0, rate=0.0):
     ],
 )
 def test_the_ankle_springs_then_pushes_off_behind_the_vertical(seen, torque):
-    told = stance.ankle(NUMBERS, BODY, clock(), where(seen), seen, f(0))
+    told = stance.ankle(NUMBERS, clock(), where(seen), seen, f(0))
     assert told == pytest.approx(torque, abs=2e-2)
 
 
 def test_the_ankle_moves_the_centre_of_pressure_under_the_capture_point():
     seen = leaning(0.1)
-    told = stance.ankle(NUMBERS, BODY, clock(), where(seen), seen, f(0.3))
+    told = stance.ankle(NUMBERS, clock(), where(seen), seen, f(0.3))
     assert told == pytest.approx(-30.0, abs=1e-3)
 
 

@@ -113,7 +113,7 @@ def test_the_path_waits_at_the_leg_that_still_pushes():
 def test_torques_of_the_leg_in_the_air(elapsed, swinging, torques):
     seen = estimate(swinging)
     now = clock(elapsed, angle=0.1)
-    told = swing.torques(NUMBERS, BODY, now, posture.of(BODY, seen), seen)
+    told = swing.torques(NUMBERS, now, posture.of(BODY, seen), seen)
     np.testing.assert_allclose(told, torques, atol=1e-3)
 
 
@@ -139,4 +139,4 @@ BEHIND = dict(swinging=(-0.3, 0.0, 0.0), standing=(0.2, 0.0, 0.0), touch=130.0)
 )
 def test_a_foot_has_landed_where_it_was_sent(landed, now, seen):
     told = estimate(**seen)
-    assert bool(swing.touched_down(NUMBERS, BODY, now, posture.of(BODY, told), told)) == landed
+    assert bool(swing.touched_down(NUMBERS, now, posture.of(BODY, told), told)) == landed
