@@ -1,4 +1,4 @@
-"""Find a walk: the numbers of the compliant controllers and of the rule that decides their steps, by CMA-ES.
+"""Find a walk: the numbers of the compliant controllers and of the step that they plan, by CMA-ES.
 
     python scripts/tune.py --minutes 15 --out tuned.json
 
@@ -34,7 +34,7 @@ from jaxwalk.task.rules import Replan
 from jaxwalk.task.stepper import Task
 from jaxwalk.task.trials import BINS, Profile
 
-# What is searched: least, greatest; of the controllers, then of the rule.
+# What is searched: least, greatest; of the controllers, then of the step that they plan.
 LEGS: dict[str, tuple[float, float]] = {
     "hip_damping": (60, 400), "pitch_nominal": (0.03, 0.3), "pitch_offset": (-0.15, 0.1),
     "pitch_capture_gain": (-0.8, 0.8), "hip_rate_max": (2, 12), "hip_speed_min": (-1.5, 1.5),
@@ -56,6 +56,8 @@ RULE: dict[str, tuple[float, float]] = {
     "back_margin": (-0.1, 0.15), "back_reach": (-0.1, 0.4), "back_gain": (0, 3),
     "back_least": (0.06, 0.35), "back_speed": (1, 6), "back_time": (0.08, 0.4),
 }  # fmt: skip
+STEADY = ("length", "duration", "capture")
+"""Of these, what stands elsewhere: the nominal step, and the capture point as it ends (`unpack`)."""
 RANGES = LEGS | RULE
 ROUGH = {
     "hip_damping": 240.0, "pitch_nominal": 0.14, "pitch_offset": -0.071, "pitch_capture_gain": 0.0,
@@ -151,7 +153,7 @@ class Args:
 
 
 def unpack(unit: np.ndarray) -> tuple[dict[str, Any], dict[str, Any]]:
-    """[K] numbers of the legs and of the rule, from [K, n] points of the unit cube."""
+    """[K] numbers of the legs and of the step plan, from [K, n] points of the unit cube."""
     values = {
         name: (low + (high - low) * unit[:, i]).astype(np.float32)
         for i, (name, (low, high)) in enumerate(RANGES.items())
@@ -170,23 +172,20 @@ class Trials:
     """Walks [K] candidates through the same pushes."""
 
     def __init__(self, config: Config, candidates: int, plan: Plan = Plan()) -> None:
-        self.config, self.rule, self.candidates, self.plan = config, Replan(), candidates, plan
+        self.config, self.candidates, self.plan = rules.configured(config, Replan()), candidates, plan
         cases = [(i, p / plan.phases) for i in plan.impulses for p in range(plan.phases)]
         cases += [(0.0, 0.0)] * plan.calm
         self.impulse, self.phase = np.array(cases, np.float32).T
         self.size = len(cases)
-        task = dataclasses.replace(Task.of(config), episode_ticks=2**30)
-        person, mesh = rules.reference(config.gait), devices.mesh()
+        task, mesh = dataclasses.replace(Task.of(self.config), episode_ticks=2**30), devices.mesh()
         self.windows = round(plan.seconds / task.setup.timestep / task.setup.window_ticks)
-        self.strong = jax.tree.map(lambda x: np.float32(x), (config.gait, self.rule))
 
         def begin(numbers: Any, scenario: Any) -> Tried:
             return exertion.begin(trials.begin(task, numbers, scenario))
 
-        def advance(rule: Replan, profile: Profile, tried: Tried) -> Tried:
+        def advance(profile: Profile, tried: Tried) -> Tried:
             def window(_: int, one: Tried) -> Tried:
-                state = one.trial.state
-                decided = stepper.decide(state, rules.act((rule, person), state.observation))
+                decided = stepper.decide(one.trial.state, jnp.zeros(2))  # the plan stands as it is
                 one = one.replace(trial=one.trial.replace(state=decided))
                 return backend.scan(
                     task.setup, exertion.alone, task, task.setup.window_ticks, one, profile,
@@ -197,26 +196,21 @@ class Trials:
 
         self._begin = devices.spread(jax.vmap(begin), mesh, (True, True))
         self._advance = devices.spread(
-            lambda r, p, t: devices.each(advance, r, p, t, block=backend.block(task.setup)),
-            mesh,
-            (True, True, True),
+            lambda p, t: devices.each(advance, p, t, block=backend.block(task.setup)), mesh, (True, True)
         )
 
     def __call__(self, legs: dict[str, Any], rule: dict[str, Any], turn: int = 0) -> Tried:
         """The walks [K, M] of K candidates' numbers; ``turn`` shifts phases and noise."""
         many = self.candidates * self.size
-        gait, own = self.strong
-
-        def all_of(one: Any, values: dict[str, Any]) -> Any:
-            told = {n: np.repeat(x, self.size) for n, x in values.items()}
-            full = jax.tree.map(lambda x: np.full(many, x, np.float32), one)
-            return dataclasses.replace(full, **told)
-
-        compliant = all_of(gait.compliant, legs)
-        duration, length = (np.repeat(rule[n], self.size) for n in ("duration", "length"))
-        bare = jax.tree.map(lambda x: np.full(many, x, np.float32), gait)
+        gait = jax.tree.map(lambda x: np.full(many, x, np.float32), self.config.gait)
+        legs, rule = ({n: np.repeat(x, self.size) for n, x in own.items()} for own in (legs, rule))
+        steps = {name: value for name, value in rule.items() if name not in STEADY}
         numbers = dataclasses.replace(
-            bare, compliant=compliant, duration_nominal=duration, length_nominal=length
+            gait,
+            compliant=dataclasses.replace(gait.compliant, **legs),
+            step_plan=dataclasses.replace(gait.step_plan, **steps),
+            length_nominal=rule["length"],
+            duration_nominal=rule["duration"],
         )
         plan = self.plan
         phase = self.phase + (turn % plan.offsets + 0.5) / plan.offsets / plan.phases
@@ -225,9 +219,9 @@ class Trials:
         impulse = self.impulse * (1 - plan.weaker * (turn * 0.618034 % 1))
         scenario = scenarios.batch(self.config, impulse, phase, keys)
         tiled = jax.tree.map(lambda x: jnp.concatenate([x] * self.candidates), scenario)
-        profile = Profile(jnp.zeros((many, BINS)), jnp.asarray(duration))
+        profile = Profile(jnp.zeros((many, BINS)), jnp.asarray(rule["duration"]))
         tried = self._begin(numbers, tiled)
-        tried = self._advance(all_of(own, rule), profile, tried)
+        tried = self._advance(profile, tried)
         kept = tried.replace(trial=trials.without_keys(tried.trial))
         return jax.tree.map(lambda x: np.asarray(x).reshape(self.candidates, self.size, *x.shape[1:]), kept)
 
@@ -312,7 +306,13 @@ def main(args: Args) -> None:
     bench = Trials(config, args.population)
     start = dict(ROUGH)
     if args.begin == "shipped":
-        start = {n: getattr(config.gait.compliant if n in LEGS else bench.rule, n) for n in RANGES}
+        gait = config.gait
+        start = {n: getattr(gait.compliant if n in LEGS else gait.step_plan, n, 0.0) for n in RANGES}
+        start |= {
+            "length": gait.length_nominal,
+            "duration": gait.duration_nominal,
+            "capture": gait.compliant.landing_capture,
+        }
     elif args.begin:
         told = json.loads(Path(args.begin).read_text())
         start |= {n: x for n, x in (told["legs"] | told["rule"]).items() if n in RANGES}

@@ -7,6 +7,7 @@ from jaxwalk.config.compliant import CompliantConfig
 from jaxwalk.config.formats import of_dict, to_dict
 from jaxwalk.config.gait import Form, GaitConfig
 from jaxwalk.config.schema import Config, Kernels, Observable
+from jaxwalk.config.step_plan import StepPlanConfig
 from jaxwalk.config.training import DDPGConfig, PushConfig, RewardConfig, TaskConfig, TrainConfig
 from jaxwalk.config.walker import (
     GRAVITY,
@@ -45,6 +46,7 @@ __all__ = [
     "PushConfig",
     "RewardConfig",
     "SensorConfig",
+    "StepPlanConfig",
     "TaskConfig",
     "TrainConfig",
     "of_dict",

@@ -10,20 +10,26 @@ from jaxwalk.common.errors import UserError
 from jaxwalk.config.schema import Config
 from jaxwalk.config.validate import from_dict
 
-FORMAT = 2
-"""Of configurations. In 1, which said no number, walkers had rigid legs moved by servos and took one
-decision a step."""
-
-_FIRST: dict[str, Any] = {
-    "physics": {"drives": "servo", "actuators": "unlimited", "contact_timeconst": 0.006},
-    "gait": {
-        "form": "rigid", "length_nominal": 0.633, "length_min": 0.45, "length_max": 0.95,
-        "duration_nominal": 0.12, "duration_min": 0.05, "duration_max": 0.2,
+_BEFORE: dict[int, dict[str, Any]] = {
+    1: {
+        "physics": {"drives": "servo", "actuators": "unlimited", "contact_timeconst": 0.006},
+        "gait": {
+            "form": "rigid", "length_nominal": 0.633, "length_min": 0.45, "length_max": 0.95,
+            "duration_nominal": 0.12, "duration_min": 0.05, "duration_max": 0.2,
+        },
+        "task": {"replan": 0},
+        "observation": ["speed", "pitch", "zmp", "step_length", "pitch_rate"],
     },
-    "task": {"replan": 0},
-    "observation": ["speed", "pitch", "zmp", "step_length", "pitch_rate"],
+    2: {
+        "gait": {"steps": "told"},
+        "task": {"replan": 1},
+        "observation": ["speed", "speed_desired", "pitch", "elapsed", "capture_ahead", "swing_ahead"],
+    },
 }  # fmt: skip
-"""Defaults of format 1 that are others today, or had no field yet."""
+"""Defaults of each format that are others in the next, or had no field yet. In 1, which said no number,
+walkers had rigid legs moved by servos and took one decision a step; in 2, policies commanded each step."""
+FORMAT = 1 + len(_BEFORE)
+"""Of configurations."""
 
 
 def to_dict(config: Config) -> dict[str, Any]:
@@ -43,18 +49,20 @@ def of_dict(data: Any) -> Config:
     number = data.get("format", 1)
     if type(number) is not int or not 1 <= number <= FORMAT:
         raise UserError(f"configuration of format {number!r:.20}: this version reads 1 to {FORMAT}")
-    return from_dict(Config, told if number == FORMAT else _from_first(told))
+    for older in range(number, FORMAT):
+        told = _filled(told, _BEFORE[older])
+        if older == 1 and isinstance(physics := told["physics"], dict):  # heel and toe had one number
+            physics.setdefault("heel_timeconst", physics["contact_timeconst"])
+    return from_dict(Config, told)
 
 
-def _from_first(told: dict[str, Any]) -> dict[str, Any]:
-    """``told`` of format 1, with what it did not say."""
+def _filled(told: dict[str, Any], defaults: dict[str, Any]) -> dict[str, Any]:
+    """``told`` with what it does not say."""
     full = dict(told)
-    for name, values in _FIRST.items():
+    for name, values in defaults.items():
         given = told.get(name, {})
         if not isinstance(values, dict):
             full.setdefault(name, values)
         elif isinstance(given, Mapping):
             full[name] = {**values, **given}
-    if isinstance(physics := full["physics"], dict):  # one number was that of heel and toe
-        physics.setdefault("heel_timeconst", physics["contact_timeconst"])
     return full

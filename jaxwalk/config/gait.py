@@ -6,9 +6,13 @@ from dataclasses import dataclass, field, fields
 from typing import Literal
 
 from jaxwalk.config.compliant import CompliantConfig
+from jaxwalk.config.step_plan import StepPlanConfig
 
 Form = Literal["rigid", "compliant"]
 """The controllers: the paper's, of stiff legs; or legs that yield and steps that can be changed."""
+
+Steps = Literal["told", "planned"]
+"""Who settles length and time of a step: the policy; or the controllers, whose plan the policy may change."""
 
 
 @dataclass(frozen=True)
@@ -18,6 +22,11 @@ class GaitConfig:
     form: Form = "compliant"
     """rigid: as the paper's, by servos. compliant: impedances and push-off, by torques (``compliant``)."""
     compliant: CompliantConfig = field(default_factory=CompliantConfig)
+    """The numbers of the latter."""
+    steps: Steps = "planned"
+    """told: the policy commands length and time of a step. planned: compliant legs plan both by the capture
+    point, anew at every tick, and the policy says what is to be changed of that (``step_plan``)."""
+    step_plan: StepPlanConfig = field(default_factory=StepPlanConfig)
     """The numbers of the latter."""
     speed_desired: float = 1.0
     """Forward speed that is aimed at, v_desire, m/s (not scaled with the body)."""
@@ -111,13 +120,22 @@ class GaitConfig:
     stall_seconds: float = 2.5
     """A footstep that lasts longer is a stall, which ends the episode like a fall, s."""
 
+    @property
+    def answers(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """What a policy's least and greatest answers stand for: (length m, duration s) of a step, or of what
+        is changed of the plan."""
+        if self.steps == "planned":
+            length, duration = self.step_plan.change_length, self.step_plan.change_duration
+            return (-length, -duration), (length, duration)
+        return (self.length_min, self.duration_min), (self.length_max, self.duration_max)
 
-SWITCHES = ("form", "toe_off_form", "toe_off_latched", "back_step")
+
+SWITCHES = ("form", "steps", "toe_off_form", "toe_off_latched", "back_step")
 """Fields that are no numbers."""
 SHARED = (
     "speed_desired", "length_nominal", "duration_nominal", "length_min", "length_max", "duration_min",
     "duration_max", "touchdown_ahead", "touchdown_force", "fall_height", "fall_pitch", "stall_seconds",
 )  # fmt: skip
 """Numbers that both forms go by."""
-RIGID = tuple(f.name for f in fields(GaitConfig) if f.name not in (*SWITCHES, "compliant"))
+RIGID = tuple(f.name for f in fields(GaitConfig) if f.name not in (*SWITCHES, "compliant", "step_plan"))
 """Numbers that rigid legs go by."""

@@ -10,7 +10,7 @@ from typing import Literal
 class TaskConfig:
     """What is decided, and when."""
 
-    replan: int = 1
+    replan: int = 5
     """Decision windows after which the step under way is decided anew, until its foot lands; 0: never, as in
     the paper."""
 

@@ -99,6 +99,7 @@ _NOT_NEGATIVE += [
     for joint in ("hip", "knee", "ankle", "abduction")
     for gain in dataclasses.fields(PidConfig)
 ]
+_POSITIVE += [f"gait.step_plan.{name}" for name in ("change_length", "change_duration", "back_speed")]
 _POSITIVE += [f"gait.compliant.{name}" for name in ("pitch_nominal", "knee_seconds", "push_off_ramp")]
 _NOT_NEGATIVE += [
     f"gait.compliant.{field.name}"
@@ -187,6 +188,19 @@ def check(config: Config) -> None:
         "physics.drives",
         physics.drives,
         "torque for compliant legs, servo or gazebo for rigid ones (--gait.form)",
+    )
+    _require(
+        compliant or gait.steps == "told",
+        "gait.steps",
+        gait.steps,
+        "told: rigid legs take the step that the policy commands (--gait.form)",
+    )
+    plan = gait.step_plan
+    _require(
+        plan.duration_least <= plan.duration_most and plan.back_soonest <= plan.back_time,
+        "gait.step-plan.duration-least",
+        plan.duration_least,
+        "duration-least <= duration-most, and back-soonest <= back-time",
     )
     _require(
         compliant or physics.actuators == "unlimited",

@@ -7,7 +7,7 @@ from typing import Any
 
 import jax
 
-from jaxwalk.config import CompliantConfig, GaitConfig
+from jaxwalk.config import CompliantConfig, GaitConfig, StepPlanConfig
 from jaxwalk.config.gait import SWITCHES
 from jaxwalk.model.similarity import Similarity
 
@@ -18,9 +18,10 @@ jax.tree_util.register_dataclass(
     meta_fields=list(SWITCHES),
 )
 
-jax.tree_util.register_dataclass(
-    CompliantConfig, data_fields=[f.name for f in dataclasses.fields(CompliantConfig)], meta_fields=[]
-)
+for _part in (CompliantConfig, StepPlanConfig):
+    jax.tree_util.register_dataclass(
+        _part, data_fields=[f.name for f in dataclasses.fields(_part)], meta_fields=[]
+    )
 
 # How the reference body's numbers scale; what is not named is a pure number or an angle.
 _DIMENSION = {
@@ -77,20 +78,41 @@ _COMPLIANT = {
     "back_ahead": "length",
     "back_force": "force",
 }
+_STEP_PLAN = {
+    "change_length": "length",
+    "change_duration": "time",
+    "pitch_gain": "length",
+    "length_least": "length",
+    "duration_least": "time",
+    "duration_most": "time",
+    "back_margin": "length",
+    "back_reach": "length",
+    "back_least": "length",
+    "back_speed": "speed",
+    "back_time": "time",
+    "back_soonest": "time",
+}
 
 
 def scaled(config: GaitConfig, body: Similarity) -> GaitConfig:
     """The controllers' numbers for a body, by dynamic similarity."""
-    values: dict[str, Any] = {
-        name: getattr(config, name) * getattr(body, kind) for name, kind in _DIMENSION.items()
-    }
+
+    def each(own: Any, kinds: dict[str, str]) -> dict[str, Any]:
+        return {name: getattr(own, name) * getattr(body, kind) for name, kind in kinds.items()}
+
+    values = each(config, _DIMENSION)
     # Torque per speed.
     values["toe_off_gain"] = config.toe_off_gain * body.torque / body.speed
-    own = config.compliant
-    legs: dict[str, Any] = {
-        name: getattr(own, name) * getattr(body, kind) for name, kind in _COMPLIANT.items()
-    }
+    own, plan = config.compliant, config.step_plan
+    legs = each(own, _COMPLIANT)
     legs["push_off_gain"] = own.push_off_gain * body.torque / body.speed
     legs["ankle_capture_gain"] = own.ankle_capture_gain * body.torque / body.length
     legs["pitch_capture_gain"] = own.pitch_capture_gain / body.length
-    return dataclasses.replace(config, **values, compliant=dataclasses.replace(own, **legs))
+    steps = each(plan, _STEP_PLAN)
+    steps["duration_gain"] = plan.duration_gain * body.time / body.length
+    return dataclasses.replace(
+        config,
+        **values,
+        compliant=dataclasses.replace(own, **legs),
+        step_plan=dataclasses.replace(plan, **steps),
+    )

@@ -32,6 +32,8 @@ class StepClock(struct.PyTreeNode):
       toe_off, toe_off_seconds: torque of the trailing ankle (N m, plantarflexion positive) and how long it
         lasts at most (s).
       path: of the swing hip; None for rigid legs.
+      change: [2] of the planned length (m) and duration (s), as the policy wants it; None where it commands
+        the step itself.
     """
 
     stance: Int[Array, ""]
@@ -41,6 +43,7 @@ class StepClock(struct.PyTreeNode):
     toe_off: Float[Array, ""]
     toe_off_seconds: Float[Array, ""]
     path: Path | None = None
+    change: Float[Array, "2"] | None = None
 
     @property
     def is_stance(self) -> Bool[Array, "2"]:

@@ -119,7 +119,9 @@ def landed_length(setup: Setup, walker: Walker) -> Float[Array, ""]:
 
 
 def decide(walker: Walker, action: Float[Array, "2"]) -> Walker:
-    """Give the step under way its (length m, duration s), asked for at its touch-down."""
+    """Give the step under way its (length m, duration s); or, where it is planned, what is changed of it."""
+    if walker.gait.change is not None:
+        return walker.replace(gait=walker.gait.replace(change=action))
     return walker.replace(gait=walker.gait.replace(length=action[0], duration=action[1]))
 
 

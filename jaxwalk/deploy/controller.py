@@ -165,8 +165,11 @@ class Controller:
             self._names, self.person, self._gravity, posture, self.estimate, self.clock, self._length
         )
         self.action = self.policy.act(self.observation)
-        step, duration = footstep.to_command(self.person, self.action)
-        self.clock = dataclasses.replace(self.clock, length=step, duration=duration)
+        length, duration = footstep.to_command(self.person, self.action)
+        if self.person.gait.steps == "planned":
+            self.clock = dataclasses.replace(self.clock, change=(length, duration))
+        else:
+            self.clock = dataclasses.replace(self.clock, length=length, duration=duration)
 
     def _command(self, posture: Posture) -> np.ndarray:
         return self._form.command(self.person, self._gravity, posture, self.clock, self.estimate)

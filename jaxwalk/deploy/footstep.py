@@ -48,10 +48,8 @@ def observe(
 
 
 def to_command(who: Person, action: np.ndarray) -> tuple[np.float32, np.float32]:
-    """From an action [2] in [-1, 1] to (length m, duration s)."""
-    numbers = who.gait
+    """From an action [2] in [-1, 1] to (length m, duration s) of the step, or of what is changed of its plan."""
+    low, high = who.gait.answers
     share = np.float32(0.5) * (np.clip(action, -1, 1) + np.float32(1))
-    return (
-        numbers.length_min + share[0] * (numbers.length_max - numbers.length_min),
-        numbers.duration_min + share[1] * (numbers.duration_max - numbers.duration_min),
-    )
+    length, duration = (a + x * (b - a) for a, b, x in zip(low, high, share, strict=True))
+    return np.float32(length), np.float32(duration)

@@ -9,11 +9,14 @@ from typing import Any
 import numpy as np
 
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import CompliantConfig, GaitConfig
+from jaxwalk.config import CompliantConfig, GaitConfig, StepPlanConfig
 from jaxwalk.config.gait import RIGID, SHARED
 
-COMPLIANT = "compliant_"
-"""What the names of the compliant controllers' numbers begin with."""
+PARTS: dict[str, tuple[str, Any]] = {
+    "compliant": ("compliant_", CompliantConfig),
+    "step_plan": ("plan_", StepPlanConfig),
+}
+"""Parts of the controllers' numbers, those of compliant legs: what their names begin with."""
 
 
 @dataclass(frozen=True)
@@ -88,31 +91,25 @@ def build(manifest: dict[str, Any], height: float | None = None, mass: float | N
         return value * length**by_length * heavy**by_mass
 
     switches, numbers = manifest["switches"], manifest["numbers"]
-    told = {"form": "rigid"} | switches  # which files of format 1 do not say
+    told = {"form": "rigid", "steps": "told"} | switches  # which files of before do not say
     own = {name: scaled(numbers[name]) for name in _BODY}
-    legs = {f.name: f"{COMPLIANT}{f.name}" for f in dataclasses.fields(CompliantConfig)}
-    compliant: dict[str, Any] = {name: scaled(numbers[key]) for name, key in legs.items() if key in numbers}
-    names = [f.name for f in dataclasses.fields(GaitConfig) if f.name not in (*told, "compliant")]
-    gait: dict[str, Any] = {name: scaled(numbers[name]) for name in names if name in numbers}
-    if missing := _missing(told["form"], gait, compliant):
-        raise KeyError(missing)
+    parts: dict[str, Any] = {}
+    for part, (prefix, kind) in PARTS.items():
+        fields = [f.name for f in dataclasses.fields(kind)]
+        needed = told["form"] == "compliant" and (part != "step_plan" or told["steps"] == "planned")
+        keys = {name: f"{prefix}{name}" for name in fields if needed or f"{prefix}{name}" in numbers}
+        parts[part] = kind(**{name: scaled(numbers[key]) for name, key in keys.items()})
+    names = [f.name for f in dataclasses.fields(GaitConfig) if f.name not in (*told, *PARTS)]
+    needed = SHARED if told["form"] == "compliant" else RIGID
+    gait: dict[str, Any] = {n: scaled(numbers[n]) for n in names if n in numbers or n in needed}
     strength = manifest.get("strength")
     return Person(
         length=length,
         mass=heavy,
-        gait=GaitConfig(**gait, **told, compliant=CompliantConfig(**compliant)),
+        gait=GaitConfig(**gait, **told, **parts),
         strength=None if strength is None else np.array(strength, np.float32).reshape(2, 3, 3),
         **own,
     )
-
-
-def _missing(form: str, gait: dict[str, Any], compliant: dict[str, Any]) -> str | None:
-    """A number that the controllers of this ``form`` need, and that was not told."""
-    needed = {f.name for f in dataclasses.fields(CompliantConfig)} - set(compliant)
-    if form == "compliant" and needed:
-        return min(needed)
-    shared = SHARED if form == "compliant" else RIGID
-    return min(set(shared) - set(gait), default=None)
 
 
 def _number(value: Any) -> float:

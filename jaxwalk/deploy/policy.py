@@ -25,7 +25,8 @@ class Policy:
       manifest: names, units, bounds, and every number of the controllers around it.
       layers: (kernel [in, out], bias [out]) of each, float32.
       mean, std: [O] of the observation. clip: largest normalised one; None: no limit.
-      low, high: [A] what actions -1 and 1 stand for on the reference body, m and s.
+      low, high: [A] what actions -1 and 1 stand for on the reference body, m and s: of the step, or of what
+        is changed of the step that is planned.
     """
 
     manifest: dict[str, Any]
@@ -47,7 +48,7 @@ class Policy:
         return np.tanh(x @ kernel + bias)
 
     def command(self, action: np.ndarray) -> np.ndarray:
-        """[..., A] actions to (length m, duration s) of the reference body."""
+        """[..., A] actions to (length m, duration s) on the reference body."""
         return self.low + np.float32(0.5) * (np.clip(action, -1, 1) + np.float32(1)) * (self.high - self.low)
 
 
@@ -103,14 +104,15 @@ def _check(manifest: dict[str, Any]) -> None:
     )
     validate.from_dict(GaitConfig, manifest["switches"])
     who = person.build(manifest)
-    told = (*vars(who).values(), *vars(who.gait).values(), *vars(who.gait.compliant).values())
-    own = [x for x in told if isinstance(x, np.floating)]
+    parts = who, who.gait, who.gait.compliant, who.gait.step_plan
+    own = [x for part in parts for x in vars(part).values() if isinstance(x, np.floating)]
     decisions = manifest.get("decisions", {"replan": 0, "window_ticks": 1})
     counts = (decisions["replan"], decisions["window_ticks"] - 1)
     sound = sound and all(type(x) is int and x >= 0 for x in counts)
     strong = who.strength is None or _is_strength(who.strength)
     legs = who.gait.compliant
-    strong = strong and min(legs.knee_seconds, legs.push_off_ramp, legs.pitch_nominal) > 0
+    divisors = legs.knee_seconds, legs.push_off_ramp, legs.pitch_nominal, who.gait.step_plan.back_speed
+    strong = strong and min(divisors) > 0
     sound = sound and set(manifest["switches"]) <= set(SWITCHES)
     if not sound or not strong or not np.isfinite(own).all() or not who.leg > 0:
         raise ValueError

@@ -19,6 +19,7 @@ class Clock:
       length, duration: commanded, of the step under way: length (m), and the time of its early swing (rigid)
         or of the whole step (compliant), s.
       toe_off, toe_off_seconds: of the trailing ankle, N m, plantarflexion positive, and s.
+      change: of the planned length (m) and duration (s), as the policy wants it, of steps that are planned.
       path, path_rate: where the swing hip shall be, rad, rad/s; of compliant legs.
     """
 
@@ -30,6 +31,7 @@ class Clock:
     toe_off_seconds: np.float32
     path: np.float32
     path_rate: np.float32
+    change: tuple[np.float32, np.float32] = (np.float32(0), np.float32(0))
 
     @property
     def swing(self) -> int:

@@ -75,6 +75,7 @@ def _data(trained: policy.Policy, told: dict[str, Any]) -> str:
         "BACK_STEP": int(gait["back_step"]),
         "TOE_OFF_PAPER": int(gait["toe_off_form"] == "paper"),
         "TOE_OFF_LATCHED": int(gait["toe_off_latched"]),
+        "PLANNED": int(gait["steps"] == "planned"),
         "REPLAN": told["decisions"]["replan"],
         "WINDOW_TICKS": told["decisions"]["window_ticks"],
         "LIMITED": int(told["strength"] is not None),

@@ -125,6 +125,26 @@ static inline void jaxwalk_begin_step(struct jaxwalk *w) {
     w->toe_off_seconds = w->n.compliant_toe_off_seconds;
 }
 
+/* The step that is planned by the capture point, with what the policy changes of it. */
+static inline void jaxwalk_plan(struct jaxwalk *w) {
+    const int swing = 1 - w->stance;
+    const float capture = jaxwalk_capture_point(w), stance = w->x[w->stance];
+    const float error = jaxwalk_capture_error(w);
+    float length = w->n.length_nominal + w->n.plan_length_gain * error + w->n.plan_pitch_gain * w->now.pitch;
+    float seconds = w->n.duration_nominal - w->n.plan_duration_gain * error;
+    length = fmaxf(length, w->n.plan_length_least);
+    seconds = jaxwalk_clamp(seconds, w->n.plan_duration_least, w->n.plan_duration_most);
+    if (capture - stance < -w->n.plan_back_margin) { /* a step back */
+        const float place =
+            fminf(w->n.plan_back_gain * capture - w->n.plan_back_reach, stance - w->n.plan_back_least);
+        const float way = fabsf(w->x[swing] - place) / w->n.plan_back_speed;
+        length = 2.0f * place;
+        seconds = w->elapsed + jaxwalk_clamp(way, w->n.plan_back_soonest, w->n.plan_back_time);
+    }
+    w->length = jaxwalk_clamp(length + w->change[0], w->n.length_min, w->n.length_max);
+    w->duration = jaxwalk_clamp(seconds + w->change[1], w->n.duration_min, w->n.duration_max);
+}
+
 static inline void jaxwalk_proceed(struct jaxwalk *w) {
     w->touchdown = jaxwalk_landed(w);
     if (w->touchdown) {
@@ -132,6 +152,7 @@ static inline void jaxwalk_proceed(struct jaxwalk *w) {
         w->elapsed = 0.0f;
         jaxwalk_begin_step(w);
     }
+    if (JAXWALK_PLANNED) jaxwalk_plan(w);
     jaxwalk_path(w);
     w->toe_off = jaxwalk_push_off(w);
 }

@@ -74,6 +74,7 @@ struct jaxwalk {
     float thigh[2], shank[2], x[2], z[2]; /* angles from the vertical, ankles from the hip */
     int stance;                    /* 0 left, 1 right */
     float elapsed, length, duration, toe_off, toe_off_seconds;
+    float change[2];               /* of the planned length and duration, as the policy wants it */
     float path, path_rate;         /* where the swing hip shall be; of compliant legs */
     float landed_length;           /* of the step that ended last, m */
     int ticks, windows, fresh;     /* since the last decision */
@@ -156,10 +157,15 @@ static inline void jaxwalk_observe(struct jaxwalk *w) {
 static inline void jaxwalk_decide(struct jaxwalk *w) {
     jaxwalk_observe(w);
     jaxwalk_act(w->observation, w->action);
+#if JAXWALK_PLANNED
+    w->change[0] = jaxwalk_clamp(w->action[0], -1.0f, 1.0f) * w->n.plan_change_length;
+    w->change[1] = jaxwalk_clamp(w->action[1], -1.0f, 1.0f) * w->n.plan_change_duration;
+#else
     w->length = w->n.length_min + 0.5f * (jaxwalk_clamp(w->action[0], -1.0f, 1.0f) + 1.0f) *
                                       (w->n.length_max - w->n.length_min);
     w->duration = w->n.duration_min + 0.5f * (jaxwalk_clamp(w->action[1], -1.0f, 1.0f) + 1.0f) *
                                           (w->n.duration_max - w->n.duration_min);
+#endif
 }
 
 /* controller */
@@ -181,6 +187,7 @@ static inline void jaxwalk_start(struct jaxwalk *w, const struct jaxwalk_sensors
     jaxwalk_posture(w);
     w->length = w->n.length_nominal;
     w->duration = w->n.duration_nominal;
+    w->change[0] = w->change[1] = 0.0f;
     w->ticks = w->windows = w->fresh = 0;
     jaxwalk_begin_step(w);
     w->landed_length = -jaxwalk_step_length(w);

@@ -21,7 +21,7 @@ from jaxwalk.config.gait import RIGID, SHARED, SWITCHES
 from jaxwalk.control import posture, scaling, sensors
 from jaxwalk.control.person import Person, inertias
 from jaxwalk.deploy.file import FORMAT_VERSION
-from jaxwalk.deploy.person import COMPLIANT
+from jaxwalk.deploy.person import PARTS
 from jaxwalk.learn.policies import policy
 from jaxwalk.model import anthropometry, kinematics, strength
 from jaxwalk.model.engine import Setup
@@ -70,9 +70,22 @@ _COMPLIANT_UNITS = {
     "N m s/m": "push_off_gain",
     "1": "push_off_share swing_pitch_gain toe_off_knee_share landing_share",
 }
-UNITS = {name: unit for unit, names in _UNITS.items() for name in names.split()} | {
-    f"{COMPLIANT}{name}": unit for unit, names in _COMPLIANT_UNITS.items() for name in names.split()
+_STEP_PLAN_UNITS = {
+    "m": "change_length length_least back_margin back_reach back_least",
+    "s": "change_duration duration_least duration_most back_time back_soonest",
+    "m/s": "back_speed",
+    "m/rad": "pitch_gain",
+    "s/m": "duration_gain",
+    "1": "length_gain back_gain",
 }
+UNITS = {
+    f"{prefix}{name}": unit
+    for prefix, units in (
+        ("", _UNITS), (PARTS["compliant"][0], _COMPLIANT_UNITS), (PARTS["step_plan"][0], _STEP_PLAN_UNITS),
+    )
+    for unit, names in units.items()
+    for name in names.split()
+}  # fmt: skip
 
 _JOINTS = [f"{joint}_{side}" for side in ("left", "right") for joint in ("hip", "knee", "ankle")]
 SENSORS = (
@@ -144,19 +157,17 @@ def _numbers(config: Config) -> Iterator[tuple[str, dict[str, float]]]:
     gait = config.gait
     names = RIGID if gait.form == "rigid" else SHARED
     # Numbers of 1 in their place, since what is 0 would not tell how it scales.
-    legs = dataclasses.replace(gait.compliant, **dict.fromkeys((f.name for f in fields(gait.compliant)), 1.0))
-    ones = dataclasses.replace(gait, **dict.fromkeys(RIGID, 1.0), compliant=legs)
+    parts = {
+        part: kind(**dict.fromkeys((f.name for f in fields(kind)), 1.0)) for part, (_, kind) in PARTS.items()
+    }
+    ones = dataclasses.replace(gait, **dict.fromkeys(RIGID, 1.0), **parts)
     for name in names:
         yield name, _number(lambda r, n=name: getattr(scaling.scaled(ones, r), n), getattr(gait, name))
-    if gait.form == "compliant":
-        for name in (f.name for f in fields(gait.compliant)):
-            yield (
-                f"{COMPLIANT}{name}",
-                _number(
-                    lambda r, n=name: getattr(scaling.scaled(ones, r).compliant, n),
-                    getattr(gait.compliant, name),
-                ),
-            )
+    for part, (prefix, kind) in PARTS.items() if gait.form == "compliant" else ():
+        for name in (f.name for f in fields(kind)):
+            value = getattr(getattr(gait, part), name)
+            told = _number(lambda r, p=part, n=name: getattr(getattr(scaling.scaled(ones, r), p), n), value)
+            yield f"{prefix}{name}", told
 
     reference = anthropometry.build(BodyConfig(table=config.body.table))
     setup = Setup.of(config)

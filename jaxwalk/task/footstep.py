@@ -75,27 +75,28 @@ def observe(
 
 
 def bounds(person: Person) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
-    """Least and greatest (length m, duration s) of a walker."""
-    low = jnp.stack([jnp.asarray(person.gait.length_min), jnp.asarray(person.gait.duration_min)])
-    high = jnp.stack([jnp.asarray(person.gait.length_max), jnp.asarray(person.gait.duration_max)])
+    """What a walker's least and greatest actions stand for: see `GaitConfig.answers`."""
+    low, high = (jnp.stack([jnp.asarray(x) for x in one]) for one in person.gait.answers)
     return low, high
 
 
 def to_command(person: Person, action: Float[Array, "2"]) -> Float[Array, "2"]:
-    """From an action in [-1, 1] to (length m, duration s)."""
+    """From an action in [-1, 1] to (length m, duration s) of the step, or of what is changed of its plan."""
     low, high = bounds(person)
     return low + 0.5 * (jnp.clip(action, -1.0, 1.0) + 1.0) * (high - low)
 
 
 def to_action(person: Person, command: Float[Array, "2"]) -> Float[Array, "2"]:
-    """From (length m, duration s) to an action in [-1, 1]."""
+    """The action in [-1, 1] that `to_command` makes ``command`` of."""
     low, high = bounds(person)
     return 2.0 * (command - low) / (high - low) - 1.0
 
 
 def nominal_action(person: Person) -> Float[Array, "2"]:
-    """The step before learning: the height-to-stride-length ratio's, as an action."""
+    """The answer before learning: the step of the height-to-stride-length ratio, or a plan left as it is."""
     numbers = person.gait
+    if numbers.steps == "planned":
+        return jnp.zeros(2)
     return to_action(
         person, jnp.stack([jnp.asarray(numbers.length_nominal), jnp.asarray(numbers.duration_nominal)])
     )

@@ -18,15 +18,11 @@ from jaxtyping import Array, Float
 
 from jaxwalk.config import GRAVITY, REFERENCE_HEIGHT, REFERENCE_MASS, Config, GaitConfig, Observable
 from jaxwalk.control.person import Person
-from jaxwalk.control.posture import TORSO_SHARE
 from jaxwalk.task import footstep
 
 Number = float | Float[Array, ""]  # a constant, or the traced one that is being tuned
 
 OBSERVATION: tuple[Observable, ...] = ("speed", "speed_desired", "com_ahead")
-REPLANNED: tuple[Observable, ...] = (
-    "speed", "speed_desired", "pitch", "elapsed", "capture_ahead", "swing_ahead",
-)  # fmt: skip
 
 T = TypeVar("T")
 
@@ -139,69 +135,12 @@ class CapturePoint:
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Replan:
-    """Step length and time from the capture point, asked again and again while the foot is in the air.
-
-    The capture point runs away from the stance foot as exp(w0 t) (Koolen et al. 2012). Where it will be when
-    the step would usually end, less where it is then in steady walking, changes its length and makes it
-    sooner. If it lies behind the stance foot the body falls backward: the swing foot is sent behind it.
-    """
-
-    length: Number = 0.7343
-    """Commanded step length of undisturbed walking, m."""
-    duration: Number = 0.5145
-    """Time of an undisturbed step, s."""
-    capture: Number = 0.5983
-    """Where the capture point is ahead of the stance ankle when an undisturbed step ends, m."""
-    length_gain: Number = -0.07912
-    """Length for each m that it will be further ahead."""
-    pitch_gain: Number = 1.084
-    """Length for each rad that the torso leans forward, m/rad."""
-    duration_gain: Number = 0.3963
-    """Time by which the step is shorter for each m, s/m."""
-    length_least: Number = 0.15
-    """Shortest step ahead, m."""
-    duration_least: Number = 0.3153
-    """Shortest step, s."""
-    duration_most: Number = 0.7
-    """Longest step, s."""
-    back_margin: Number = 0.05873
-    """How far behind the stance ankle the capture point makes the walker step back, m."""
-    back_reach: Number = -0.06051
-    """How far behind `back_gain` times the capture point the foot is put then, m."""
-    back_gain: Number = 1.132
-    """Share of the capture point's way from the hip."""
-    back_least: Number = 0.2941
-    """How far behind the stance ankle it is put at least, m."""
-    back_speed: Number = 2.261
-    """How fast the foot goes there, m/s."""
-    back_time: Number = 0.3534
-    """Longest time that is left for it, s."""
-    torso: Number = 0.3155
-    """Hip to the torso's centre, m."""
-    leg: Number = 0.954
-    """L: hip height of a straight leg, m."""
+    """The step that compliant legs plan by themselves at every tick, left as it is: see
+    `jaxwalk.control.compliant.step_plan`, whose numbers are the configuration's."""
 
     def command(self, observation: Float[Array, "O"]) -> Float[Array, "2"]:
-        """The step from now on: its length, negative for a step back, and its time from the touch-down."""
-        speed, _, pitch, elapsed, ahead, swing = observation
-        omega = jnp.sqrt(GRAVITY / self.leg)
-        left = jnp.maximum(self.duration - elapsed, 0.0)
-        error = jnp.clip(ahead * jnp.exp(omega * left) - self.capture, -2.0, 2.0)
-        length = self.length + self.length_gain * error + self.pitch_gain * pitch
-        time = self.duration - self.duration_gain * error
-        # From the hip: the capture point, the stance ankle, where the foot is to be put.
-        capture = TORSO_SHARE * self.torso * jnp.sin(pitch) + speed / omega
-        stance = capture - ahead
-        place = jnp.minimum(self.back_gain * capture - self.back_reach, stance - self.back_least)
-        way = jnp.abs(swing - (place - stance))
-        soon = elapsed + jnp.clip(way / self.back_speed, 0.03, self.back_time)
-        back = ahead < -self.back_margin
-        return jnp.stack(
-            [
-                jnp.where(back, 2.0 * place, jnp.maximum(length, self.length_least)),
-                jnp.where(back, soon, jnp.clip(time, self.duration_least, self.duration_most)),
-            ]
-        )
+        """No change of it."""
+        return jnp.zeros(2)
 
 
 Rule = Constant | Raibert | CapturePoint | Replan
@@ -216,10 +155,10 @@ RULES: dict[str, Rule] = {
 
 
 def configured(config: Config, rule: Rule) -> Config:
-    """``config`` with what ``rule`` is told, and when: at each touch-down, or at the end of each window."""
-    again = isinstance(rule, Replan)
-    task = dataclasses.replace(config.task, replan=int(again))
-    return dataclasses.replace(config, observation=REPLANNED if again else OBSERVATION, task=task)
+    """``config`` with who settles a step, what ``rule`` is told, and that it is asked at touch-downs alone."""
+    gait = dataclasses.replace(config.gait, steps="planned" if isinstance(rule, Replan) else "told")
+    task = dataclasses.replace(config.task, replan=0)
+    return dataclasses.replace(config, gait=gait, observation=OBSERVATION, task=task)
 
 
 def strong(tree: T) -> T:
@@ -248,7 +187,7 @@ def never_adapted(action: Float[Array, "2"], observation: Float[Array, "O"]) -> 
 
 
 def nominal(config: Config) -> Float[Array, "2"]:
-    """The nominal step of the configured body, as an action."""
+    """The answer before learning of the configured body, as an action."""
     body = config.body
     return jax.jit(lambda h, m: footstep.nominal_action(Person.of(config.gait, h, m)))(
         jnp.float32(body.height), jnp.float32(body.mass)

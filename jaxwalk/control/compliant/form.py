@@ -8,7 +8,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from jaxwalk.control import posture
 from jaxwalk.control.compliant import stance as standing
-from jaxwalk.control.compliant import swing
+from jaxwalk.control.compliant import step_plan, swing
 from jaxwalk.control.person import Person
 from jaxwalk.control.sensors import Estimate
 from jaxwalk.control.step_clock import Path, StepClock
@@ -30,6 +30,7 @@ def start(
         toe_off=standing.push_off(numbers, estimate),
         toe_off_seconds=numbers.compliant.toe_off_seconds * jnp.ones(()),
         path=_path(estimate, 1 - stance),
+        change=jnp.zeros(2) if numbers.steps == "planned" else None,
     )
 
 
@@ -54,13 +55,21 @@ def command(
 def proceed(
     setup: Setup, person: Person, bones: Skeleton, clock: StepClock, estimate: Estimate
 ) -> tuple[StepClock, Bool[Array, ""]]:
-    """The clock after a tick, and whether a foot landed in it: the path of the other leg then begins."""
+    """The clock after a tick, and whether a foot landed in it: the path of the other leg then begins.
+
+    What a policy changes of the planned step holds until it is asked again.
+    """
     numbers, where = person.gait, posture.of(bones, estimate)
     landed = swing.touched_down(numbers, clock, where, estimate)
     restarted = clock.replace(
         stance=1 - clock.stance, elapsed=jnp.zeros(()), path=_path(estimate, clock.stance)
     )
     clock = jax.tree.map(lambda new, old: jnp.where(landed, new, old), restarted, clock)
+    if clock.change is not None:
+        error = standing.capture_error(numbers, bones, clock, where)
+        plan = step_plan.planned(numbers, clock, where, estimate, error)
+        length, duration = step_plan.changed(numbers, plan, clock.change)
+        clock = clock.replace(length=length, duration=duration)
     path = swing.proceed(numbers, bones, clock, where, estimate, setup.timestep)
     return clock.replace(path=path, toe_off=standing.push_off(numbers, estimate)), landed
 

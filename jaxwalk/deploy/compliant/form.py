@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from jaxwalk.deploy.compliant import stance as standing
-from jaxwalk.deploy.compliant import swing
+from jaxwalk.deploy.compliant import step_plan, swing
 from jaxwalk.deploy.kinematics import Posture
 from jaxwalk.deploy.person import Person
 from jaxwalk.deploy.sensors import Estimate
@@ -56,6 +56,10 @@ def proceed(
         trailing = clock.stance
         clock = dataclasses.replace(clock, stance=clock.swing, elapsed=np.float32(0))
         clock = _begun(clock, estimate, trailing)
+    if who.gait.steps == "planned":
+        error = standing.capture_error(who, gravity, posture, clock, estimate)
+        length, duration = step_plan.planned(who, gravity, posture, clock, estimate, error)
+        clock = dataclasses.replace(clock, length=length, duration=duration)
     clock = swing.proceed(who, posture, clock, estimate, timestep)
     return dataclasses.replace(clock, toe_off=standing.push_off(who, estimate)), landed
 

@@ -73,23 +73,17 @@ def load(
     """
     changes = speed, height, mass, noise, model, actuators
     if name == FIXED:
-        config = _changed(Config(), *changes)
+        config = _changed(rules.configured(Config(), rules.Constant()), *changes)
         return Subject(name, config, rules.nominal(config), rules.never_adapted)
     if name in rules.RULES:
-        config = _changed(
-            rules.configured(Config(), rules.RULES[name]), speed, height, mass, noise, model, actuators
-        )
+        config = _changed(rules.configured(Config(), rules.RULES[name]), *changes)
         rule = rules.strong(rules.RULES[name])
         return Subject(name, config, (rule, rules.reference(config.gait)), rules.act)
     path = file(name)
     loaded = policy.load(path)
     trained = configured(path, loaded)
     gait, told = trained.gait, loaded.metadata
-    if (told.observation_names, told.action_low, told.action_high) != (
-        trained.observation,
-        (gait.length_min, gait.duration_min),
-        (gait.length_max, gait.duration_max),
-    ):
+    if (told.observation_names, told.action_low, told.action_high) != (trained.observation, *gait.answers):
         raise UserError(
             f"policy {path}: it contradicts its own configuration; give a policy that jaxwalk saved"
         )

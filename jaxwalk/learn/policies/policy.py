@@ -43,7 +43,8 @@ class Metadata:
       observation_names: O names, in the order of the observation.
       observation_clip: largest normalised observation, standard deviations; None: no limit.
       action_names: A names, in the order of the action.
-      action_low, action_high: what actions -1 and 1 stand for on the reference body, m and s.
+      action_low, action_high: what actions -1 and 1 stand for on the reference body, m and s: see
+        `GaitConfig.answers`.
       hidden: widths of the actor's hidden layers.
       config: the whole configuration of the run, as JSON text (see ``jaxwalk.config.to_dict``).
       seed: of the run.
@@ -135,13 +136,13 @@ def of_parts(
       mean, std: of the observation. clip: of the normalised one.
       score: of its evaluation; one that is not finite is none.
     """
-    gait = config.gait
+    low, high = config.gait.answers
     metadata = Metadata(
         observation_names=config.observation,
         observation_clip=clip,
         action_names=("length", "duration"),
-        action_low=(gait.length_min, gait.duration_min),
-        action_high=(gait.length_max, gait.duration_max),
+        action_low=low,
+        action_high=high,
         hidden=config.ddpg.hidden,
         config=json.dumps(to_dict(config)),
         seed=seed,

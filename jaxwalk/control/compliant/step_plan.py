@@ -1,0 +1,52 @@
+"""The step that the controllers plan by themselves, anew at every tick: where the foot goes, and how soon.
+
+The capture point runs away from the stance foot as exp(w0 t) (Koolen et al. 2012). Where it will be when the
+step would usually end, less where it is then in steady walking, changes the step's length and makes it sooner.
+If it lies behind the stance foot the body falls backward: the swing foot is sent behind that one. A policy
+says what is to be changed of this (Johannink et al., "Residual reinforcement learning ...", 2019).
+"""
+
+from __future__ import annotations
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from jaxwalk.config import GaitConfig
+from jaxwalk.control.posture import Posture
+from jaxwalk.control.sensors import Estimate
+from jaxwalk.control.step_clock import StepClock
+
+
+def planned(
+    config: GaitConfig, clock: StepClock, where: Posture, estimate: Estimate, error: Float[Array, ""]
+) -> Float[Array, "2"]:
+    """The step from now on: its length, m, negative for a step back; its time from the touch-down, s.
+
+    Args:
+      error: of the capture point at the landing, as of `stance.capture_error`.
+    """
+    own = config.step_plan
+    length = config.length_nominal + own.length_gain * error + own.pitch_gain * estimate.pitch
+    time = config.duration_nominal - own.duration_gain * error
+    # Ahead of the hip, as the capture point is: the stance ankle, and where the foot is put in a step back.
+    stance, swing = where.ankle[clock.stance], where.ankle[1 - clock.stance]
+    place = jnp.minimum(own.back_gain * where.capture - own.back_reach, stance - own.back_least)
+    way = jnp.clip(jnp.abs(swing - place) / own.back_speed, own.back_soonest, own.back_time)
+    back = where.capture - stance < -own.back_margin
+    return jnp.where(
+        back,
+        jnp.stack([2.0 * place, clock.elapsed + way]),
+        jnp.stack(
+            [
+                jnp.maximum(length, own.length_least),
+                jnp.clip(time, own.duration_least, own.duration_most),
+            ]
+        ),
+    )
+
+
+def changed(config: GaitConfig, plan: Float[Array, "2"], change: Float[Array, "2"]) -> Float[Array, "2"]:
+    """``plan`` with a policy's ``change`` of (length m, duration s), within what can be commanded."""
+    low = jnp.stack([jnp.asarray(config.length_min), jnp.asarray(config.duration_min)])
+    high = jnp.stack([jnp.asarray(config.length_max), jnp.asarray(config.duration_max)])
+    return jnp.clip(plan + change, low, high)

@@ -1,0 +1,31 @@
+"""The step that the controllers plan by themselves: see `jaxwalk.control.compliant.step_plan`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from jaxwalk.deploy.kinematics import Posture
+from jaxwalk.deploy.person import Person
+from jaxwalk.deploy.sensors import Estimate, capture_point
+from jaxwalk.deploy.step_clock import Clock
+
+
+def planned(
+    who: Person, gravity: np.float32, posture: Posture, clock: Clock, estimate: Estimate, error: np.float32
+) -> tuple[np.float32, np.float32]:
+    """The step from now on, with what the policy changes of it: (length m, duration s)."""
+    numbers, own = who.gait, who.gait.step_plan
+    length = numbers.length_nominal + own.length_gain * error + own.pitch_gain * estimate.pitch
+    time = numbers.duration_nominal - own.duration_gain * error
+    length, time = max(length, own.length_least), min(max(time, own.duration_least), own.duration_most)
+    capture, stance = capture_point(who, gravity, estimate), posture.x[clock.stance]
+    if capture - stance < -own.back_margin:
+        place = min(own.back_gain * capture - own.back_reach, stance - own.back_least)
+        way = abs(posture.x[clock.swing] - place) / own.back_speed
+        length = np.float32(2) * place
+        time = clock.elapsed + min(max(way, own.back_soonest), own.back_time)
+    more, longer = clock.change
+    return (
+        min(max(length + more, numbers.length_min), numbers.length_max),
+        min(max(time + longer, numbers.duration_min), numbers.duration_max),
+    )
