@@ -48,7 +48,7 @@ def observe(
 
 
 def to_command(who: Person, action: np.ndarray) -> tuple[np.float32, np.float32]:
-    """From an action [2] in [-1, 1] to (length m, duration s) of the step, or of what is changed of its plan."""
+    """From an action [2] in [-1, 1] to (length m, duration s) of the step, or of the change of its plan."""
     low, high = who.gait.answers
     share = np.float32(0.5) * (np.clip(action, -1, 1) + np.float32(1))
     length, duration = (a + x * (b - a) for a, b, x in zip(low, high, share, strict=True))

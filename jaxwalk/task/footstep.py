@@ -81,7 +81,7 @@ def bounds(person: Person) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
 
 
 def to_command(person: Person, action: Float[Array, "2"]) -> Float[Array, "2"]:
-    """From an action in [-1, 1] to (length m, duration s) of the step, or of what is changed of its plan."""
+    """From an action in [-1, 1] to (length m, duration s) of the step, or of the change of its plan."""
     low, high = bounds(person)
     return low + 0.5 * (jnp.clip(action, -1.0, 1.0) + 1.0) * (high - low)
 
