@@ -63,6 +63,8 @@ class DDPGConfig:
     """Learning rate of the critic."""
     gamma: float = 0.8
     """Discount per footstep."""
+    return_steps: int = 10
+    """Decisions whose rewards a critic's target holds before it believes its own word (1: the paper's)."""
     tau: float = 0.005
     """Share of the online parameters that enters the targets at each update."""
     average_rate: float = 5e-4

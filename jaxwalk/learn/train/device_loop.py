@@ -2,7 +2,7 @@
 
 Walkers and replay are split over the devices of a mesh, the learner is replicated and its
 gradients are averaged; on a CPU the devices are its cores. Nothing that is drawn depends on how many
-there are: walkers have keys of their own, and so have the replay's rings, which `rings` counts. What
+there are: walkers have keys of their own, and batches are drawn from as many `blocks` of them. What
 remains is rounding, for sums are ordered otherwise.
 """
 
@@ -55,7 +55,7 @@ class TrainState(struct.PyTreeNode):
 
     Attributes:
       steppers: [W] walkers in mid-step.
-      replay: [R] rings, of W / R walkers each.
+      replay: [W] rings, one for each.
       learner: networks, optimisers, statistics.
       counts: since the last report.
       footsteps: gathered in all; each may hold many decisions.
@@ -82,13 +82,13 @@ def _specs() -> TrainState:
     return TrainState(*specs)
 
 
-def rings(config: Config) -> int:
-    """R: walkers and batch are split evenly over the rings, and these over the devices."""
+def blocks(config: Config) -> int:
+    """R: walkers and batch are split evenly over so many blocks, and these over the devices."""
     return math.gcd(config.train.walkers, config.ddpg.batch_size)
 
 
 def init(config: Config, mesh: Mesh, seed: int) -> TrainState:
-    """A run at its start, laid out over the mesh, whose devices must divide `rings`."""
+    """A run at its start, laid out over the mesh, whose devices must divide `blocks`."""
     program = _initial(config, mesh)
     collectives.barrier()  # compiled, or one that has to would keep the others waiting amid the program
     return program(np.uint32(seed))
@@ -112,13 +112,13 @@ def shardings(mesh: Mesh) -> TrainState:
 
 
 def _build(config: Config) -> Callable[[Any], TrainState]:
-    task, count = Task.of(config), rings(config)
+    task, count = Task.of(config), config.train.walkers
 
     def build(seed: Any) -> TrainState:
         walkers_key, learner_key, key = jax.random.split(scenarios.root(seed, scenarios.TRAINING), 3)
         keys = jax.random.split(walkers_key, config.train.walkers)
         steppers = jax.vmap(partial(spawn.walker, config, task))(keys)
-        capacity = max(config.ddpg.replay_capacity, config.ddpg.batch_size) // count
+        capacity = max(1, config.ddpg.replay_capacity // count)
         example = jax.tree.map(lambda x: x[0], steppers.last.transition)
         return TrainState(
             steppers=steppers,
@@ -154,7 +154,7 @@ def on_device(
     config: Config, devices: int, remembers: bool = True, learns: bool = True
 ) -> Callable[[TrainState], TrainState]:
     """What ``make`` runs on each of ``devices`` devices along `AXIS`, with that one's share of the state."""
-    task, share = Task.of(config), config.ddpg.batch_size // rings(config)
+    task, share = Task.of(config), config.ddpg.batch_size // blocks(config)
     total = float(config.train.footsteps)
 
     def gather(state: TrainState, key: PRNGKeyArray) -> TrainState:
@@ -193,13 +193,13 @@ def on_device(
         filled = jax.lax.pmin(jnp.min(state.replay.size), AXIS) > 0  # nothing is drawn from an empty ring
         ready = (state.footsteps >= config.ddpg.warmup) & filled
         due = jnp.where(ready, jnp.floor(state.owed), 0.0)
-        count = rings(config)
+        count = blocks(config)
         mine = _mine(count, devices)
 
         def update(i: Array, current: LearnerState) -> LearnerState:
             sample_key, noise_key = jax.random.split(jax.random.fold_in(key, i))
             bits = jax.random.bits(sample_key, (count, share), jnp.uint32)
-            drawn = replay_buffer.sample(state.replay, bits[mine])
+            drawn = replay_buffer.sample(state.replay, bits[mine], config.ddpg.return_steps)
             keys = _keys(noise_key, _mine(count * share, devices))
             return learner.update(config.ddpg, current, drawn, keys, axis_name=AXIS)[0]
 

@@ -99,7 +99,7 @@ def _check_split(config: Config) -> None:
       UserError: several processes, and a device that would have no walkers.
     """
     count = jax.device_count()
-    if collectives.count() > 1 and devices.mesh(device_loop.rings(config)).size != count:
+    if collectives.count() > 1 and devices.mesh(device_loop.blocks(config)).size != count:
         raise UserError(
             f"--train.walkers {config.train.walkers} and --ddpg.batch-size {config.ddpg.batch_size} cannot "
             f"be split over the {count} devices of {collectives.count()} processes: give multiples of "
@@ -116,7 +116,7 @@ def _train(
     resumed: bool,
     watch: Watch = lambda *_: False,
 ) -> None:
-    mesh = devices.mesh(device_loop.rings(config))
+    mesh = devices.mesh(device_loop.blocks(config))
     if folder.writes:
         several = f" of {collectives.count()} processes" if collectives.count() > 1 else ""
         print(

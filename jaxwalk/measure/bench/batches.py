@@ -75,7 +75,7 @@ def whole(
       report: called with what is under way.
     """
     builder = Builder(report)
-    herd = Herd(config, devices.mesh(device_loop.rings(config)), seed, builder)
+    herd = Herd(config, devices.mesh(device_loop.blocks(config)), seed, builder)
     with contextlib.closing(Store(folder, "bench")) as store:
         programs = {name: _build(name, config, herd, builder, store).program for name in WHOLE}
         take_turns(programs, seconds, report)
@@ -99,7 +99,7 @@ def measure(
       report: called with what is under way.
     """
     first, builder = of_size(config, sizes[0]), Builder(report)
-    mesh = devices.mesh(device_loop.rings(first))
+    mesh = devices.mesh(device_loop.blocks(first))
     herd = Herd(first, mesh, seed, builder)
     ticks = first.train.windows_per_report * first.train.window_ticks
     report("compiling the limits")

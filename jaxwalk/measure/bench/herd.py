@@ -59,10 +59,9 @@ class Herd:
     def of(self, walkers: int) -> TrainState:
         """Training in a batch of so many, nothing of it shared with another."""
         state = jax.tree.map(jnp.copy, self.state.replace(steppers=None, replay=None))
-        rings = device_loop.rings(of_size(self.config, walkers))
         return state.replace(
             steppers=split(self._again(self.state.steppers, walkers), self.mesh),
-            replay=split(dealt(self.state.replay, rings), self.mesh),
+            replay=split(dealt(self.state.replay, walkers), self.mesh),
         )
 
     def unpushed(self, walkers: int) -> Stepper:
@@ -80,10 +79,10 @@ class Herd:
         return jax.tree.map(lambda x: x[index], tree)
 
 
-def dealt(memory: Replay, rings: int) -> Replay:
-    """``memory`` in another number of rings: each gets the first rows of one of them, some more than once."""
+def dealt(memory: Replay, walkers: int) -> Replay:
+    """``memory`` for another number of walkers: each has the first rows of one of the rings, some the same."""
     old = memory.size.shape[0]
-    capacity = max(1, memory.capacity * old // rings)
-    ring, slot = np.resize(np.arange(old), rings)[:, None], np.arange(capacity) % memory.capacity
+    capacity = max(1, memory.capacity * old // walkers)
+    ring, slot = np.resize(np.arange(old), walkers)[:, None], np.arange(capacity) % memory.capacity
     filled = jnp.minimum(memory.size[ring[:, 0]], capacity)
     return Replay(jax.tree.map(lambda x: x[ring, slot], memory.rows), filled % capacity, filled)

@@ -25,7 +25,7 @@ WARM = 300  # reports, of which the later ones learn
 
 @pytest.fixture(scope="module")
 def mesh():
-    return devices.mesh(device_loop.rings(CONFIG))
+    return devices.mesh(device_loop.blocks(CONFIG))
 
 
 @pytest.fixture(scope="module")

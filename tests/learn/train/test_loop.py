@@ -24,7 +24,7 @@ import numpy as np
 import small
 from jaxwalk.common.parallel import devices
 from jaxwalk.learn.train import checkpoint, device_loop
-mesh = devices.mesh(device_loop.rings(small.CONFIG))
+mesh = devices.mesh(device_loop.blocks(small.CONFIG))
 assert mesh.size == int(sys.argv[1])
 state, advance = device_loop.init(small.CONFIG, mesh, small.SEED), device_loop.make(small.CONFIG, mesh)
 start = checkpoint.pack(state)
