@@ -120,7 +120,7 @@ def _axis(field: str, value: float) -> float:
 def main(args: Args) -> None:
     evaluation.PHASES = args.phases
     config = rules.configured(Config(), Constant())
-    exam = Exam(config, rules.act, devices.mesh(), args.seed, scenarios.TUNE, finals.IMPULSES)
+    exam = Exam(config, rules.act, devices.mesh(), args.seed, scenarios.TUNE, finals.IMPULSES["compliant"])
     before = json.loads(args.out.read_text()) if args.out.exists() else {}
     found: dict[str, dict] = before.get("rules", {})
     walk: dict[str, float] = before.get("undisturbed", {})

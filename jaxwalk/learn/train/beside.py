@@ -9,8 +9,8 @@ from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
 from jaxwalk.learn.runs import run_folder
 from jaxwalk.learn.train import finals
-from jaxwalk.learn.train.evaluation import Exam, Marks
-from jaxwalk.task import rules, scenarios
+from jaxwalk.learn.train.evaluation import Marks
+from jaxwalk.task import rules
 
 
 def of_rules(config: Config, seed: int) -> dict[str, Marks]:
@@ -24,7 +24,7 @@ def of_rules(config: Config, seed: int) -> dict[str, Marks]:
         grouped.setdefault(rules.configured(config, rule), {})[name] = rule
     marks: dict[str, Marks] = {}
     for seen, group in grouped.items():
-        exam = Exam(seen, rules.act, mesh, seed, scenarios.FINALS, finals.IMPULSES, finals.REPLICAS)
+        exam = finals.examination(seen, rules.act, mesh, seed)
         marks |= {n: exam((rules.strong(r), person))[0] for n, r in group.items()}
     return marks
 
@@ -37,12 +37,15 @@ def lines(folder: Path) -> list[str]:
         messages.append(f"it goes on by {shlex.join(['jaxwalk', 'train', '--resume', str(folder)])}")
     if settled:
         own = settled[0]
-        messages.append(f"it survives {own['survival']:.1%} of the finals' pushes at {own['speed']:.2f} m/s")
+        messages.append(
+            f"it survives {own['survival']:.1%} of the finals' pushes, {own['worst']:.1%} at their worst phases, "
+            f"at {own['speed']:.2f} m/s"
+        )
         if found := of_rules(run_folder.load_config(folder), run_folder.load_origin(folder).seed):
-            name, rule = max(found.items(), key=lambda one: one[1].survival)
+            name, rule = max(found.items(), key=lambda one: one[1].score)
             messages[-1] += (
                 f"; of the rules that learn nothing, {name} is best: "
-                f"{rule.survival:.1%} at {rule.speed:.2f} m/s"
+                f"{rule.survival:.1%}, {rule.worst:.1%}, at {rule.speed:.2f} m/s"
             )
     page = shlex.join(["jaxwalk", "render", str(folder), "--out", f"{folder}.html"])
     return [*messages, f"next: {page}"]

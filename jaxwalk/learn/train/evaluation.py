@@ -10,7 +10,7 @@ import numpy as np
 from jax.sharding import Mesh
 
 from jaxwalk.common.parallel import collectives, devices
-from jaxwalk.config import Config
+from jaxwalk.config import Config, Form
 from jaxwalk.learn.ddpg import learner
 from jaxwalk.learn.ddpg.learner import LearnerState
 from jaxwalk.model.engine import Setup
@@ -18,7 +18,11 @@ from jaxwalk.task import backend, scenarios
 from jaxwalk.task.stepper import Task
 from jaxwalk.task.trials import Act, Params, Profile, Runner, Trial
 
-IMPULSES = (60.0, 70.0, 80.0, -60.0, -80.0, -100.0)
+IMPULSES: dict[Form, tuple[float, ...]] = {
+    "rigid": (60.0, 70.0, 80.0, -60.0, -80.0, -100.0),
+    "compliant": (95.0, 110.0, 125.0, -60.0, -75.0, -90.0),
+}
+"""N s, by the legs: where some fall."""
 PHASES = 16
 CALM = 16  # walkers that nobody pushes
 PUSHED, MORE_CALM = 960, 64  # by native code: the survival's standard error is then below 1 % from 90 % on
@@ -31,13 +35,15 @@ class Marks:
     """How a policy did under the graded pushes.
 
     Attributes:
-      score: mean survival under pushes, less falls of the calm and their speed's error.
-      survival: share that outlived its push. calm: share of the unpushed that did not fall.
+      score: mean of survival and worst, less falls of the calm and their speed's error.
+      survival: share that outlived its push. worst: the mean over pushes of that at the worst phase.
+      calm: share of the unpushed that did not fall.
       speed: of the unpushed, m/s.
     """
 
     score: float
     survival: float
+    worst: float
     calm: float
     speed: float
 
@@ -64,7 +70,7 @@ class Exam:
       act: the policy on one observation; its parameters are handed over with each call.
       seed: of the starts and the noise.
       purpose: of the seed's keys, as in `scenarios`.
-      impulses: N s, each at every phase. replicas: walkers for each of those, at least.
+      impulses: N s, each at every phase; default `IMPULSES`. replicas: walkers for each of those, at least.
     """
 
     def __init__(
@@ -74,10 +80,11 @@ class Exam:
         mesh: Mesh,
         seed: int,
         purpose: int = scenarios.ASSESS,
-        impulses: Sequence[float] = IMPULSES,
+        impulses: Sequence[float] | None = None,
         replicas: int = 1,
     ) -> None:
         self.config, self.act, self._mesh = config, act, mesh
+        impulses = IMPULSES[config.gait.form] if impulses is None else impulses
         rows = [(impulse, phase / PHASES) for impulse in impulses for phase in range(PHASES)]
         calm = CALM
         if backend.native_here(Setup.of(config)):
@@ -87,6 +94,7 @@ class Exam:
         # Calm names the policy, not the sensors: those are as noisy as in training.
         self.scenarios = scenarios.batch(config, impulse, phase, scenarios.keys(seed, purpose, count))
         self.is_calm = impulse == 0
+        self._cells = len(rows)
         self.runner = Runner(Task.of(config), act, len(collectives.share(count)), devices.local(mesh))
         self.profile = Profile.blank()
 
@@ -103,10 +111,13 @@ class Exam:
         up, calm = ~trials.state.terminated, self.is_calm
         # A trial whose push was never reached counts by its fall alone.
         survival, quiet = float(up[~calm].mean()), float(up[calm].mean())
+        cells = up[~calm].reshape(-1, self._cells).mean(0).reshape(-1, PHASES)  # by push and phase
+        worst = float(cells.min(1).mean())
         seconds = np.maximum(trials.tally.seconds[calm], 1e-3)
         speed = float((trials.tally.distance[calm] / seconds).mean())
         off = max(0.0, abs(speed - self.config.gait.speed_desired) - SPEED_TOLERANCE)
-        return Marks(survival - (1.0 - quiet) - 8.0 * off, survival, quiet, speed)
+        score = (survival + worst) / 2 - (1.0 - quiet) - 8.0 * off
+        return Marks(score, survival, worst, quiet, speed)
 
 
 class Assessor:

@@ -13,14 +13,27 @@ import jax
 import jax.numpy as jnp
 from jax.sharding import Mesh
 
-from jaxwalk.config import Config
+from jaxwalk.config import Config, Form
 from jaxwalk.learn.policies import policy
 from jaxwalk.learn.policies.policy import Policy
 from jaxwalk.learn.train.evaluation import Exam, Marks
-from jaxwalk.task import scenarios
+from jaxwalk.model.engine import Setup
+from jaxwalk.task import backend, scenarios
+from jaxwalk.task.trials import Act
 
-IMPULSES = (40.0, 50.0, 60.0, 70.0, 80.0, -40.0, -50.0, -60.0, -80.0, -100.0)
-REPLICAS = 2
+IMPULSES: dict[Form, tuple[float, ...]] = {
+    "rigid": (40.0, 50.0, 60.0, 70.0, 80.0, -40.0, -50.0, -60.0, -80.0, -100.0),
+    "compliant": (60.0, 80.0, 95.0, 110.0, 125.0, -40.0, -60.0, -75.0, -90.0, -105.0),
+}
+"""N s, by the legs."""
+REPLICAS, MORE = 2, 16
+"""Walkers at each phase of each; by native code more, which tells the worst phase within a few per cent."""
+
+
+def examination(config: Config, act: Act, mesh: Mesh, seed: int) -> Exam:
+    """What policies of one kind go through at the end of a run of ``seed``."""
+    replicas = MORE if backend.native_here(Setup.of(config)) else REPLICAS
+    return Exam(config, act, mesh, seed, scenarios.FINALS, IMPULSES[config.gait.form], replicas)
 
 
 class Finals:
@@ -67,7 +80,7 @@ class Finals:
 
     def exam(self) -> Exam:
         """What the finalists are put through; its parameters are a policy without origin."""
-        return Exam(self._config, policy.act, self._mesh, self._seed, scenarios.FINALS, IMPULSES, REPLICAS)
+        return examination(self._config, policy.act, self._mesh, self._seed)
 
     def examine(self, policies: Sequence[Policy]) -> list[Marks]:
         """The marks of each."""

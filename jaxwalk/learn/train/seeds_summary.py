@@ -13,7 +13,7 @@ from jaxwalk.common import figures
 from jaxwalk.common.files import write_json
 from jaxwalk.learn.runs import run_folder, seeds_folder
 
-_MARKS = ("score", "survival", "calm", "speed")
+_MARKS = ("score", "survival", "worst", "calm", "speed")
 _TOLD = ("interrupted", "footsteps", "seconds", "best", "finals")  # of a run's summary
 _PANELS = (
     ("eval/survival", "Survival in evaluation", "share of walkers"),

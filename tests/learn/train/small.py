@@ -45,7 +45,8 @@ def shorten(patch: Callable[[Any, str, Any], None]) -> None:
     patch(evaluation, "PUSHED", 1)
     patch(evaluation, "MORE_CALM", 2)
     patch(finals, "REPLICAS", 1)
-    patch(beside, "of_rules", lambda config, seed: {"constant": Marks(0.5, 0.5, 1.0, 1.0)})
+    patch(finals, "MORE", 1)
+    patch(beside, "of_rules", lambda config, seed: {"constant": Marks(0.5, 0.5, 0.5, 1.0, 1.0)})
     for one in (devices, backend):
         patch(one, "BLOCK", 4)  # or every batch is filled up to a whole block for each device
     patch(device_loop, "make", functools.cache(device_loop.make))
