@@ -82,8 +82,9 @@ _POSITIVE = """
     physics.hip_gain physics.hip_limit physics.knee_stiffness physics.knee_damping physics.knee_limit
     physics.ankle_limit physics.abduction_limit physics.gazebo.knee_position_gain physics.gazebo.knee_rate_max
     physics.gazebo.retraction_seconds pushes.duration ddpg.actor_lr ddpg.critic_lr ddpg.batch_size
-    ddpg.replay_capacity ddpg.return_steps ddpg.noise_spread ddpg.policy_delay train.walkers train.footsteps train.window_ticks
-    train.episode_seconds train.windows_per_report train.evaluations train.finalists
+    ddpg.replay_capacity ddpg.return_steps ddpg.noise_spread ddpg.policy_delay
+    train.walkers train.footsteps train.window_ticks train.episode_seconds
+    train.windows_per_report train.evaluations train.finalists
     train.divergence_events
 """.split()
 _NOT_NEGATIVE = """

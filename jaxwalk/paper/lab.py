@@ -171,7 +171,9 @@ class Lab:
           speeds: [C] of each unpushed walker that stayed up. survived: [P] of each push. impulses: [P] N s.
         """
         sample = self.sample(model)
-        grid = [(i, p / sample.phases) for i in IMPULSES["rigid"] for p in range(sample.phases)] * sample.replicas
+        grid = [
+            (i, p / sample.phases) for i in IMPULSES["rigid"] for p in range(sample.phases)
+        ] * sample.replicas
         calm = -len(grid) % BATCH or BATCH  # the batch is filled up with the unpushed
         impulse, phase = np.array(grid + [(0.0, 0.0)] * calm).T
         trials = self.trial(

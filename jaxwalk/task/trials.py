@@ -103,17 +103,12 @@ class Trial(struct.PyTreeNode):
       state: the walker and its decisions.
       touchdowns: so far.
       tally: what was counted.
-      earned, weight: discounted return since the first decision, and the discount reached.
-      first: [O], the observation of the first decision.
     """
 
     scenario: Scenario
     state: Stepper
     touchdowns: Int[Array, ""]
     tally: Tally
-    earned: Float[Array, ""]
-    weight: Float[Array, ""]
-    first: Float[Array, "O"]
 
 
 def survived(trials: Trial) -> np.ndarray:
@@ -155,7 +150,7 @@ def begin(task: Task, numbers: GaitConfig, scenario: Scenario) -> Trial:
         fall_seconds=jnp.float32(jnp.inf),
         sway=None if state.walker.walls is None else sway.start(),
     )
-    return Trial(scenario, state, jnp.int32(0), tally, zero, jnp.ones(()), state.observation)
+    return Trial(scenario, state, jnp.int32(0), tally)
 
 
 def _alone(task: Task, trial: Trial, profile: Profile) -> tuple[Trial, None]:
@@ -182,11 +177,7 @@ def tick(task: Task, profile: Profile, model: engine.Model, trial: Trial, white:
     push = body.push.replace(start=jnp.where(due, body.tick + delay, body.push.start))
     after = after.replace(walker=body.replace(push=push))
     tally = _count(task, profile, trial, before, after, landed)
-    # A fall before its touch-down was answered is the next footstep's, here; what breaks is never told.
-    ended = (after.asked & ~before.asked | after.terminated) & ~after.broken
-    earned = trial.earned + jnp.where(ended, trial.weight * after.last.transition.reward, 0.0)
-    weight = trial.weight * jnp.where(ended, after.last.transition.discount, 1.0)
-    moved = trial.replace(state=after, touchdowns=touchdowns, tally=tally, earned=earned, weight=weight)
+    moved = trial.replace(state=after, touchdowns=touchdowns, tally=tally)
     return stepper.select(before.done, trial, moved)
 
 

@@ -1,4 +1,4 @@
-"""Replay: a ring of transitions for each walker, which live on the devices and are written inside ``lax.scan``.
+"""Replay: a ring of transitions for each walker, on the devices, written inside ``lax.scan``.
 
 Walkers and batch are split into as many equal blocks, so that what is drawn does not depend on how many
 devices these lie on. A ring is one walker's life in order: what followed a transition lies in the next slot,
@@ -16,6 +16,8 @@ from jaxtyping import Array, Bool, Int, UInt32
 
 from jaxwalk.common.parallel.devices import anywhere
 from jaxwalk.task.transition import Leaf, Transition
+
+_Way = tuple[Transition, Array, Array]  # so far; the slot that it has come to; whether it goes on
 
 
 @jax.tree_util.register_dataclass
@@ -47,9 +49,7 @@ def init(walkers: int, capacity: int, example: Transition) -> Replay:
     """
     if capacity < 1:
         raise ValueError(f"replay capacity {capacity}: at least 1 transition must fit")
-    rows = jax.tree.map(
-        lambda x: jnp.zeros((walkers, capacity, *jnp.shape(x)), jnp.result_type(x)), example
-    )
+    rows = jax.tree.map(lambda x: jnp.zeros((walkers, capacity, *jnp.shape(x)), jnp.result_type(x)), example)
     return Replay(rows, position=jnp.zeros(walkers, jnp.int32), size=jnp.zeros(walkers, jnp.int32))
 
 
@@ -92,18 +92,23 @@ def sample(replay: Replay, bits: UInt32[Array, "R S"], steps: int = 1) -> Transi
         its discount and next observation are those of the last. What was done after the first is taken as
         it was, explored or by an older actor.
     """
-    blocks, capacity = bits.shape[0], replay.capacity
+    blocks = bits.shape[0]
     each = replay.size.shape[0] // blocks
     which, chosen = bits % jnp.uint32(each), bits // jnp.uint32(each)
     ring = (which.astype(jnp.int32) + each * jnp.arange(blocks, dtype=jnp.int32)[:, None]).reshape(-1)
-    size, written = replay.size[ring], replay.position[ring]
-    slot = (chosen.reshape(-1) % jnp.maximum(size, 1).astype(jnp.uint32)).astype(jnp.int32)
+    size = jnp.maximum(replay.size[ring], 1).astype(jnp.uint32)
+    return followed(replay, ring, (chosen.reshape(-1) % size).astype(jnp.int32), steps)
+
+
+def followed(replay: Replay, ring: Int[Array, " N"], slot: Int[Array, " N"], steps: int) -> Transition:
+    """[N] the transitions in slots of rings, each reaching over at most so many ``steps``: see `sample`."""
+    capacity, written = replay.capacity, replay.position[ring]
 
     def at(slot: Int[Array, " N"]) -> Transition:
         row = _row(ring, slot, capacity)
         return jax.tree.map(lambda rows: rows.reshape(-1, *rows.shape[2:])[row], replay.rows)
 
-    def further(carry: tuple[Transition, Array, Array], _: None) -> tuple[tuple[Transition, Array, Array], None]:
+    def further(carry: _Way, _: None) -> tuple[_Way, None]:
         so_far, slot, goes_on = carry
         slot = (slot + 1) % capacity
         row = at(slot)

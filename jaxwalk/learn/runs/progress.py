@@ -18,8 +18,6 @@ _SHOWN = (  # metric, label, format
     ("train/footsteps_per_second", "footsteps/s", "{:,.0f}"),
     ("train/reward", "reward", "{:.2f}"),
     ("train/falls_per_100", "falls/100", "{:.2f}"),
-    ("train/predicted_return", "predicted", "{:.2f}"),
-    ("train/real_return", "real", "{:.2f}"),
 )
 
 

@@ -38,8 +38,8 @@ def lines(folder: Path) -> list[str]:
     if settled:
         own = settled[0]
         messages.append(
-            f"it survives {own['survival']:.1%} of the finals' pushes, {own['worst']:.1%} at their worst phases, "
-            f"at {own['speed']:.2f} m/s"
+            f"it survives {own['survival']:.1%} of the finals' pushes, {own['worst']:.1%} at their worst "
+            f"phases, at {own['speed']:.2f} m/s"
         )
         if found := of_rules(run_folder.load_config(folder), run_folder.load_origin(folder).seed):
             name, rule = max(found.items(), key=lambda one: one[1].score)

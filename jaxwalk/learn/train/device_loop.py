@@ -30,6 +30,9 @@ from jaxwalk.learn.ddpg.replay_buffer import Replay
 from jaxwalk.task import collect, footstep, scenarios, spawn
 from jaxwalk.task.stepper import Stepper, Task
 
+RETURN_STEPS, RETURNS, RETURN_SPACING = 100, 16, 20
+"""Decisions that a return is followed for; how many are told of each walker, so many decisions apart."""
+
 
 class Counts(struct.PyTreeNode):
     """Sums since the last report, equal on all devices.
@@ -217,6 +220,33 @@ def on_device(
         return jax.lax.scan(turn, fresh, length=config.train.windows_per_report)[0]
 
     return report
+
+
+def returns(config: Config, mesh: Mesh) -> Callable[[TrainState], Float[Array, "2"]]:
+    """The compiled comparison of the critic with what came: discounted returns from the decisions of the last
+    while on, the means of what it believes now of what was done, and of what was earned then, pushed and
+    exploring as training is, the critic's word taken after `RETURN_STEPS` decisions; not a number before
+    there are any."""
+
+    def on_device(state: TrainState) -> Float[Array, "2"]:
+        memory, known = state.replay, state.learner
+        steps = min(RETURN_STEPS, memory.capacity // 2)
+        walkers = memory.size.shape[0]
+        spread = (memory.capacity - steps) * jnp.arange(1, RETURNS + 1) // RETURNS
+        age = steps + jnp.minimum(spread, RETURN_SPACING * jnp.arange(1, RETURNS + 1))
+        ring = jnp.repeat(jnp.arange(walkers), RETURNS)
+        age = jnp.tile(age, walkers)
+        then = replay_buffer.followed(memory, ring, (memory.position[ring] - age) % memory.capacity, steps)
+        believed = learner.value(config.ddpg, known, then.observation, then.action)
+        after = learner.act(config.ddpg, known, then.next_observation)
+        came = then.reward + then.discount * learner.value(config.ddpg, known, then.next_observation, after)
+        told = age <= memory.size[ring]
+        sums = jnp.stack([_sum(told, believed), _sum(told, came), jnp.sum(told, dtype=jnp.float32)])
+        sums = jax.lax.psum(sums, AXIS)
+        return sums[:2] / sums[2]
+
+    same = PartitionSpec()
+    return jax.jit(jax.shard_map(on_device, mesh=mesh, in_specs=(_specs(),), out_specs=same, check_vma=False))
 
 
 def _mine(count: int, devices: int) -> Int[Array, " N"]:

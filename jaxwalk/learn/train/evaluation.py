@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import jax
 import numpy as np
@@ -12,7 +12,6 @@ from jax.sharding import Mesh
 from jaxwalk.common.parallel import collectives, devices
 from jaxwalk.config import Config, Form
 from jaxwalk.learn.ddpg import learner
-from jaxwalk.learn.ddpg.learner import LearnerState
 from jaxwalk.model.engine import Setup
 from jaxwalk.task import backend, scenarios
 from jaxwalk.task.stepper import Task
@@ -46,19 +45,6 @@ class Marks:
     worst: float
     calm: float
     speed: float
-
-
-@dataclass(frozen=True)
-class Assessment(Marks):
-    """What an evaluation within training found.
-
-    Attributes:
-      predicted, real: discounted return from the first decision, as the critic believed and as it
-        came (what lies beyond the evaluation is the critic's word).
-    """
-
-    predicted: float
-    real: float
 
 
 class Exam:
@@ -120,25 +106,6 @@ class Exam:
         return Marks(score, survival, worst, quiet, speed)
 
 
-class Assessor:
-    """Examines learners of one run, and holds their critics against what came."""
-
-    def __init__(self, config: Config, mesh: Mesh, seed: int) -> None:
-        self.exam = Exam(
-            config, lambda state, observation: learner.act(config.ddpg, state, observation), mesh, seed
-        )
-        self._value = jax.jit(
-            lambda state, o: learner.value(config.ddpg, state, o, learner.act(config.ddpg, state, o))
-        )
-
-    def __call__(self, state: LearnerState) -> Assessment:
-        """Examine the learner's actor; ``state`` as `devices.here` gives it."""
-        marks, trials = self.exam(state)
-        return self.judge(state, marks, trials)
-
-    def judge(self, state: LearnerState, marks: Marks, trials: Trial) -> Assessment:
-        """Hold the critic against what came of the examination."""
-        predicted = np.asarray(self._value(state, trials.first))
-        beyond = np.asarray(self._value(state, trials.state.observation))
-        real = trials.earned + trials.weight * np.where(trials.state.terminated, 0.0, beyond)
-        return Assessment(**asdict(marks), predicted=float(predicted.mean()), real=float(real.mean()))
+def of_learner(config: Config, mesh: Mesh, seed: int) -> Exam:
+    """What the learner of a run goes through time and again; its parameters are the learner."""
+    return Exam(config, lambda state, observation: learner.act(config.ddpg, state, observation), mesh, seed)

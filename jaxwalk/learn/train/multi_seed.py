@@ -147,7 +147,7 @@ class _Many:
         self.config, self.seeds, self.progress, self.stop = config, trainings, progress, stop
         self.mesh = lanes.mesh(len(trainings))
         self.lanes = Lanes(config, [one.run.state for one in trainings], self.mesh)
-        self.exams = Exams(config, [one.run.assess.exam for one in trainings], self.mesh)
+        self.exams = Exams(config, [one.run.exam for one in trainings], self.mesh)
 
     def go(self) -> None:
         for one in self.seeds:
@@ -168,7 +168,7 @@ class _Many:
         found = self.exams([own or spare for own in learners], asking)
         for one, own, examined in zip(self.seeds, learners, found, strict=True):
             if own:
-                one.go_on(one.run.assess.judge(own, *examined))
+                one.go_on(examined[0])
 
     def _advance(self, asking: Sequence[bool]) -> None:
         begun = time.perf_counter()

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from jaxwalk.learn.train.evaluation import Assessment
+from jaxwalk.learn.train.evaluation import Marks
 
 
 @dataclass
@@ -26,8 +26,8 @@ class Record:
     seconds: float = 0.0
     compile_seconds: float = 0.0
     evaluated: int = -1
-    last: Assessment | None = None
-    found: dict[int, Assessment] = field(default_factory=dict)
+    last: Marks | None = None
+    found: dict[int, Marks] = field(default_factory=dict)
     best: int = 0
     totals: dict[str, float] = field(default_factory=lambda: {"falls": 0.0, "broken": 0.0})
     divergences: list[dict[str, int]] = field(default_factory=list)
@@ -49,8 +49,8 @@ class Record:
             seconds=_number(notes["seconds"]),
             compile_seconds=_number(notes["compile_seconds"]),
             evaluated=_whole(notes["evaluated"]),
-            last=None if notes["last"] is None else _assessment(notes["last"]),
-            found={int(footsteps): _assessment(one) for footsteps, one in notes["found"].items()},
+            last=None if notes["last"] is None else _marks(notes["last"]),
+            found={int(footsteps): _marks(one) for footsteps, one in notes["found"].items()},
             best=_whole(notes["best"]),
             totals={name: _number(notes["totals"][name]) for name in ("falls", "broken")},
             divergences=[{name: _whole(x) for name, x in one.items()} for one in notes["divergences"]],
@@ -90,8 +90,8 @@ class Past:
         return cls(_whole(notes["rows"]), Record.from_notes(notes["record"]), finalists)
 
 
-def _assessment(notes: Any) -> Assessment:
-    return Assessment(**{name: _number(x) for name, x in notes.items()})
+def _marks(notes: Any) -> Marks:
+    return Marks(**{name: _number(x) for name, x in notes.items()})
 
 
 def _number(value: Any) -> float:

@@ -22,22 +22,22 @@ from jaxwalk.learn.policies.policy import Policy
 from jaxwalk.learn.runs import picture
 from jaxwalk.learn.runs.progress import Progress
 from jaxwalk.learn.runs.run_folder import RunFolder
-from jaxwalk.learn.train import checkpoint, device_loop, restore
+from jaxwalk.learn.train import checkpoint, device_loop, evaluation, restore
 from jaxwalk.learn.train.checkpoint import Checkpoint, Store
-from jaxwalk.learn.train.evaluation import Assessment, Assessor, Marks
+from jaxwalk.learn.train.evaluation import Marks
 from jaxwalk.learn.train.finals import Finals
 from jaxwalk.learn.train.interrupt import Stop
 from jaxwalk.learn.train.run_state import Past, Record
 
 DRAW_SECONDS = 30.0
 """Least time between two drawings of training.png, each of which takes a second."""
-Watch = Callable[[int, Assessment], bool]
+Watch = Callable[[int, Marks], bool]
 """Sees (footsteps, what was found) after each evaluation; true ends the run as Ctrl-C would."""
 
 
 @dataclass(frozen=True)
 class Assess:
-    """A run asks for the `Assessment` of its averaged learner."""
+    """A run asks for the `Marks` of its averaged learner."""
 
     learner: LearnerState
 
@@ -62,7 +62,7 @@ class Training:
 
     Attributes:
       state: of the loop. advance: a report's windows further.
-      assess: examines the averaged learner.
+      exam: of the averaged learner. returns: what its critic believes, beside what came.
       rows: of metrics.jsonl. record: what the evaluations found.
       good: where training goes back to when it diverges.
     """
@@ -83,7 +83,8 @@ class Training:
         self.started = time.perf_counter()
         self.state = device_loop.init(config, mesh, seed)
         self.advance: Any = device_loop.make(config, mesh)
-        self.assess = Assessor(config, mesh, seed)
+        self.exam = evaluation.of_learner(config, mesh, seed)
+        self.returns = device_loop.returns(config, mesh)
         self.finals = Finals(config, mesh, seed)
         self.record = Record()
         self.rows: list[dict[str, Any]] = []
@@ -158,7 +159,7 @@ class Training:
 
     def _answer(self, asked: Asked) -> Any:
         if isinstance(asked, Assess):
-            return self.assess(asked.learner)
+            return self.exam(asked.learner)[0]
         if isinstance(asked, Settle):
             return self.finals.examine(asked.finalists)
         begun = time.perf_counter()
@@ -232,8 +233,6 @@ class Training:
             "learner/updates": int(self.state.learner.updates),
             **{f"learner/{name}": float(value) for name, value in asdict(metrics).items()},
         }
-        if last := self.record.last:
-            row |= {"train/predicted_return": last.predicted, "train/real_return": last.real}
         self._log(row)
         self.progress.update(footsteps, row)
         self._go_back_if_diverged(footsteps, int(metrics.skipped))
@@ -286,12 +285,14 @@ class Training:
             f"with a lower --ddpg.critic-lr or --ddpg.actor-lr; jaxwalk train --resume {path} shows it again"
         )
 
-    def _evaluated(self, footsteps: int, current: LearnerState, found: Assessment) -> None:
+    def _evaluated(self, footsteps: int, current: LearnerState, found: Marks) -> None:
         """Keep the policy of the averaged learner, in which so much was found; as the best one if it is."""
         record = self.record
         if not self.rows:
             record.compile_seconds += time.perf_counter() - self.started
+        predicted, came = (float(x) for x in self.returns(self.state))
         row = {"footsteps": footsteps, "seconds": self._seconds()}
+        row |= {"train/predicted_return": predicted, "train/real_return": came}
         self._log(row | {f"eval/{name}": value for name, value in asdict(found).items()})
         learned = policy.from_learner(
             self.config, current, seed=self.seed, command=self.command, footsteps=footsteps, score=found.score
@@ -314,8 +315,9 @@ class Training:
             self._draw()
         self.progress.note(
             f"evaluation at {footsteps:,} footsteps: {found.survival:.0%} of the pushed and {found.calm:.0%} "
-            f"of the others stay up, {found.speed:.2f} m/s, predicted return {found.predicted:.1f} came "
-            f"as {found.real:.1f}" + ("; best so far" if better else "")
+            f"of the others stay up, {found.speed:.2f} m/s"
+            + (f", return {predicted:.1f} predicted, {came:.1f} came" if np.isfinite(came) else "")
+            + ("; best so far" if better else "")
         )
         if self.watch(footsteps, found):
             self.stop.wanted = True

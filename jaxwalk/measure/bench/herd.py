@@ -80,7 +80,7 @@ class Herd:
 
 
 def dealt(memory: Replay, walkers: int) -> Replay:
-    """``memory`` for another number of walkers: each has the first rows of one of the rings, some the same."""
+    """``memory`` for another number of walkers: each has the first rows of a ring, some the same."""
     old = memory.size.shape[0]
     capacity = max(1, memory.capacity * old // walkers)
     ring, slot = np.resize(np.arange(old), walkers)[:, None], np.arange(capacity) % memory.capacity

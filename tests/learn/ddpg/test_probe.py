@@ -30,7 +30,8 @@ def _train(config, state, data, key):
 
 @pytest.fixture
 def solve(config, state):
-    """Trains, with ``changes`` of the learner, on ``outcome(observation, action) -> reward, discount, next`` of random footsteps.
+    """Trains on ``outcome(observation, action) -> reward, discount, next`` of random footsteps, with
+    ``changes`` of the learner.
 
     Returns value(o) of the actor's action there, and action(o); o is the first observation.
     """

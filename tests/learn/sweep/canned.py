@@ -8,7 +8,7 @@ from pathlib import Path
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.files import write_json
 from jaxwalk.learn.runs import run_folder
-from jaxwalk.learn.train.evaluation import Assessment
+from jaxwalk.learn.train.evaluation import Marks
 
 
 def score(gamma: float) -> float:
@@ -24,7 +24,7 @@ def run(config, path: Path, seed, command, watch) -> Path:
     value, interrupted = score(config.ddpg.gamma), config.ddpg.gamma < 0.1
     for number in range(config.train.evaluations + 1):
         footsteps = number * config.train.footsteps // config.train.evaluations
-        interrupted |= watch(footsteps, Assessment(value, 1.0, 1.0, 1.0, 0.0, 0.0))
+        interrupted |= watch(footsteps, Marks(value, 1.0, 1.0, 1.0, 1.0))
         if interrupted:
             break
     told = {"interrupted": interrupted, "footsteps": footsteps, "best": {"score": value}, "finals": []}

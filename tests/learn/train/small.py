@@ -35,7 +35,7 @@ CLOCKED = {"seconds", "train/footsteps_per_second"}
 def shorten(patch: Callable[[Any, str, Any], None]) -> None:
     """Few and short trials in evaluations; programs that are compiled once for all runs of the process."""
     from jaxwalk.common.parallel import devices
-    from jaxwalk.learn.train import beside, device_loop, evaluation, finals, trainer
+    from jaxwalk.learn.train import beside, device_loop, evaluation, finals
     from jaxwalk.learn.train.evaluation import Marks
     from jaxwalk.task import backend
 
@@ -50,7 +50,8 @@ def shorten(patch: Callable[[Any, str, Any], None]) -> None:
     for one in (devices, backend):
         patch(one, "BLOCK", 4)  # or every batch is filled up to a whole block for each device
     patch(device_loop, "make", functools.cache(device_loop.make))
-    patch(trainer, "Assessor", functools.cache(evaluation.Assessor))
+    patch(device_loop, "returns", functools.cache(device_loop.returns))
+    patch(evaluation, "of_learner", functools.cache(evaluation.of_learner))
     patch(finals, "Exam", functools.cache(evaluation.Exam))
 
 

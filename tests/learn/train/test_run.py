@@ -89,8 +89,8 @@ def test_a_score_that_is_not_finite_does_not_take_part(finished):
 
 
 def test_a_run_whose_evaluations_are_not_finite_ends_in_one_line(tmp_path, monkeypatch):
-    nothing = evaluation.Assessment(*[float("nan")] * 6)
-    monkeypatch.setattr(evaluation.Assessor, "__call__", lambda *_: nothing)
+    nothing = evaluation.Marks(*[float("nan")] * 5)
+    monkeypatch.setattr(evaluation.Exam, "__call__", lambda *_: (nothing, None))
     with pytest.raises(UserError, match=r"no evaluation of the run in .* came to a finite score"):
         run(CONFIG, tmp_path / "run", 3, "jaxwalk train")
     assert not (tmp_path / "run" / "policy.safetensors").exists()
