@@ -8,7 +8,7 @@ from typing import Literal
 from jaxwalk.common import runtime
 from jaxwalk.config.formats import of_dict
 from jaxwalk.config.schema import Config
-from jaxwalk.config.training import DDPGConfig, RewardConfig, TrainConfig
+from jaxwalk.config.training import DDPGConfig, TrainConfig
 from jaxwalk.config.walker import BodyConfig
 
 PresetName = Literal["default", "gpu", "quick", "paper", "smoke", "rigid"]
@@ -24,7 +24,8 @@ _PAPER = dataclasses.replace(
     body=BodyConfig(table="box"),
     # A PID that is computed once a tick needs the shorter one, which is Gazebo's own.
     physics=dataclasses.replace(_RIGID.physics, drives="gazebo", timestep=0.001),
-    ddpg=DDPGConfig(
+    ddpg=dataclasses.replace(
+        _RIGID.ddpg,
         hidden=(400, 300),
         actor_lr=1e-8,
         critic_lr=2e-8,
@@ -66,40 +67,20 @@ _PAPER = dataclasses.replace(
         touchdown_share=0.65,
         touchdown_ahead=0.15,
     ),
-    reward=RewardConfig(speed_tolerance=0.0),
-    train=TrainConfig(height_spread=0.0, mass_spread=0.0, window_ticks=20),
+    reward=dataclasses.replace(_RIGID.reward, speed_tolerance=0.0),
+    train=dataclasses.replace(_RIGID.train, height_spread=0.0, mass_spread=0.0, window_ticks=20),
     observation=("speed", "pitch", "zmp", "step_length"),
 )
 
-# Of the walk on rigid legs, with one decision a step, are the figures below.
-# For one accelerator, where a footstep costs next to nothing beside an update: fewer of these than the
-# default, of larger batches, from more footsteps. Two trainings that went on to 640,000 footsteps, exploring
-# ever less, were at their best after 83,000 and 123,000 (docs/results/gpu-train.json); so they began.
+# For one accelerator, where a footstep costs next to nothing beside an update: more of them, from more
+# walkers, and larger batches. Not tried since walkers plan their steps.
 _GPU = Config(
-    ddpg=DDPGConfig(
-        batch_size=1_024,
-        replay_capacity=524_288,
-        updates_per_footstep=0.0625,
-        warmup=16_000,
-        noise_end=0.095,
-    ),
-    train=TrainConfig(walkers=4_096, footsteps=200_000),
+    ddpg=DDPGConfig(batch_size=4_096, replay_capacity=1_048_576, updates_per_footstep=0.02, warmup=16_000),
+    train=TrainConfig(walkers=4_096, footsteps=600_000),
 )
 
-# A quarter of the footsteps: more exploration, an update for each footstep, speed held closer. It learns
-# faster at first, and ends lower than the default.
-_QUICK = Config(
-    ddpg=DDPGConfig(
-        actor_lr=3e-4,
-        critic_lr=3e-4,
-        updates_per_footstep=1.0,
-        noise_start=0.25,
-        noise_end=0.15,
-        noise_spread=2.0,
-    ),
-    reward=RewardConfig(speed_weight=30.0),
-    train=TrainConfig(footsteps=20_000, evaluations=10),
-)
+# A third of the footsteps.
+_QUICK = Config(train=TrainConfig(footsteps=20_000, evaluations=5))
 
 # Seconds of work once compiled: does everything that training does, learns nothing.
 _SMOKE = Config(

@@ -116,7 +116,7 @@ def reward(
 
     Args:
       state: at the footstep's end.
-      speed: the torso's mean forward speed over the footstep, m/s.
+      speed: the torso's mean forward speed, over the footstep or about as long, m/s.
       length: of the step, m.
       fell: it ended in a fall.
     """

@@ -69,12 +69,14 @@ class Interval(struct.PyTreeNode):
     """What has been since the last answer, of a walker that is asked again within the step.
 
     Attributes:
-      windows: decision windows. landed: a foot has. speed_sum: of the estimated speed over its ticks, m/s.
+      windows: decision windows. landed: a foot has.
+      pace: the estimated speed, averaged over about the time of a nominal step, whenever answers came, m/s:
+        that of a part of a step says where in the step it is.
     """
 
     windows: Int[Array, ""]
     landed: Bool[Array, ""]
-    speed_sum: Float[Array, ""]
+    pace: Float[Array, ""]
 
 
 class Stepper(struct.PyTreeNode):
@@ -147,7 +149,7 @@ def start(
         terminated=false,
         truncated=false,
         broken=false,
-        interval=Interval(jnp.int32(0), false, zero) if task.replan else None,
+        interval=Interval(jnp.int32(0), false, state.estimate.speed) if task.replan else None,
     )
 
 
@@ -257,19 +259,19 @@ def _since(
 ) -> tuple[Bool[Array, ""], Interval, Float[Array, ""], Float[Array, ""]]:
     """Whether the walker asks, since the tick just made: at the end of a window in which it has landed, or
     when the last answer is old; the interval that goes on or begins; how long the last one was, as a share of
-    a nominal step; and the mean speed over it, m/s.
+    a nominal step; and the pace, m/s.
     """
     setup = task.setup
     ends = state.tick % setup.window_ticks == 0
     windows = before.windows + ends.astype(jnp.int32)
     landed = before.landed | event.touchdown
-    speed_sum = before.speed_sum + state.estimate.speed
+    nominal = state.person.gait.duration_nominal
+    pace = before.pace + setup.timestep / nominal * (state.estimate.speed - before.pace)
     asks = ends & (landed | (windows >= task.replan)) & ~event.fell
     over = jnp.maximum(windows.astype(jnp.float32), 1.0) * setup.window_ticks
     interval = Interval(
         windows=jnp.where(asks, 0, windows),
         landed=landed & ~asks,
-        speed_sum=jnp.where(asks, 0.0, speed_sum),
+        pace=pace,
     )
-    share = over * setup.timestep / state.person.gait.duration_nominal
-    return asks, interval, share, speed_sum / over
+    return asks, interval, over * setup.timestep / nominal, pace
