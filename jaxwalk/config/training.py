@@ -44,8 +44,8 @@ class RewardConfig:
     pitch_weight: float = 0.5
     """Weight of (phi / 0.2 rad)^2."""
     zmp_weight: float = 0.0
-    """Weight of (d_zmp / 0.3 m)^2: 0.1 in the paper's presets. It is told of the foot that has just landed, while
-    the body is still over the other one, and so pays for short steps."""
+    """Weight of (d_zmp / 0.3 m)^2; 0.1 in the preset ``paper``. It is told of the foot that has just landed,
+    while the body is still over the other one, and so pays for short steps."""
     length_weight: float = 0.02
     """Weight of ((l - l_nominal) / 0.3 m)^2, l_nominal being Boulic's step at v_desire."""
     fall: float = -10.0
