@@ -1,10 +1,10 @@
 # Every target sets itself up: the first one that is run builds .venv from constraints.txt.
 #   make train ARGS="--seed 1 --train.footsteps 50000"    options go through ARGS
-#   make train EXTRAS=dev,tune,docs,cuda                   for an NVIDIA GPU
+#   make train EXTRAS=dev,docs,cuda                       for an NVIDIA GPU
 
 SHELL := /bin/bash
 PYTHON ?= python3
-EXTRAS ?= dev,tune,docs
+EXTRAS ?= dev,docs
 ARGS ?=
 
 VENV := .venv

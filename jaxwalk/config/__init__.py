@@ -8,7 +8,7 @@ from jaxwalk.config.formats import of_dict, to_dict
 from jaxwalk.config.gait import Form, GaitConfig
 from jaxwalk.config.schema import Config, Kernels, Observable
 from jaxwalk.config.step_plan import StepPlanConfig
-from jaxwalk.config.training import DDPGConfig, PushConfig, RewardConfig, TaskConfig, TrainConfig
+from jaxwalk.config.training import DDPGConfig, ESConfig, PushConfig, RewardConfig, TaskConfig, TrainConfig
 from jaxwalk.config.walker import (
     GRAVITY,
     REFERENCE_HEIGHT,
@@ -35,6 +35,7 @@ __all__ = [
     "Config",
     "DDPGConfig",
     "Drive",
+    "ESConfig",
     "Engine",
     "Form",
     "GaitConfig",

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from jaxwalk.config.gait import GaitConfig
-from jaxwalk.config.training import DDPGConfig, PushConfig, RewardConfig, TaskConfig, TrainConfig
+from jaxwalk.config.training import DDPGConfig, ESConfig, PushConfig, RewardConfig, TaskConfig, TrainConfig
 from jaxwalk.config.walker import BodyConfig, PhysicsConfig, SensorConfig
 
 Observable = Literal[
@@ -30,6 +30,7 @@ class Config:
     pushes: PushConfig = field(default_factory=PushConfig)
     reward: RewardConfig = field(default_factory=RewardConfig)
     ddpg: DDPGConfig = field(default_factory=DDPGConfig)
+    es: ESConfig = field(default_factory=ESConfig)
     train: TrainConfig = field(default_factory=TrainConfig)
     observation: tuple[Observable, ...] = (
         "speed", "speed_desired", "pitch", "elapsed", "capture_ahead", "swing_ahead",

@@ -108,6 +108,23 @@ class DDPGConfig:
 
 
 @dataclass(frozen=True)
+class ESConfig:
+    """The evolution strategy (``--learner es``): separable CMA-ES (Ros and Hansen 2008) over the network's
+    numbers."""
+
+    generations: int = 60
+    """How often all candidates walk."""
+    candidates: int = 40
+    """Policies of a generation."""
+    walkers: int = 128
+    """Of each candidate."""
+    seconds: float = 9.0
+    """They walk for so long, s."""
+    sigma: float = 0.1
+    """First step size of the search, in units of the network's numbers."""
+
+
+@dataclass(frozen=True)
 class TrainConfig:
     """The training loop."""
 

@@ -84,6 +84,7 @@ _POSITIVE = """
     physics.gazebo.retraction_seconds pushes.duration ddpg.actor_lr ddpg.critic_lr ddpg.batch_size
     ddpg.replay_capacity ddpg.return_steps ddpg.noise_spread ddpg.policy_delay
     train.walkers train.footsteps train.window_ticks train.episode_seconds
+    es.generations es.candidates es.walkers es.seconds es.sigma
     train.windows_per_report train.evaluations train.finalists
     train.divergence_events
 """.split()

@@ -9,7 +9,6 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import math
-import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, replace
 from functools import partial
@@ -33,11 +32,9 @@ from jaxwalk.config import Config
 from jaxwalk.learn.brax.options import PPO, SAC, PPOArgs, SACArgs
 from jaxwalk.learn.policies import policy
 from jaxwalk.learn.policies.policy import Policy
-from jaxwalk.learn.runs import picture
 from jaxwalk.learn.runs.progress import Progress
 from jaxwalk.learn.runs.run_folder import RunFolder
-from jaxwalk.learn.train.evaluation import Exam, Marks
-from jaxwalk.learn.train.finals import Finals
+from jaxwalk.learn.train.examined import Examined
 from jaxwalk.learn.train.interrupt import Stop
 from jaxwalk.task import footstep, rules
 from jaxwalk.task.env import FootstepEnv
@@ -203,82 +200,6 @@ class _Ended(Exception):
     """Ctrl-C was pressed; what was kept so far stands."""
 
 
-class _Run:
-    """Examines and keeps what Brax reports."""
-
-    def __init__(
-        self,
-        config: Config,
-        args: PPOArgs | SACArgs,
-        command: str,
-        folder: RunFolder,
-        progress: Progress,
-        stop: Stop,
-    ) -> None:
-        self.config, self.args, self.command = config, args, command
-        self.folder, self.progress, self.stop = folder, progress, stop
-        self.exam = Exam(config, policy.act, devices.mesh(), args.seed)
-        self.finals = Finals(config, devices.mesh(), args.seed)
-        self.started = time.perf_counter()
-        self.footsteps = self.best_footsteps = 0
-        self.found: dict[int, Marks] = {}
-        self.rows: list[dict[str, float]] = []
-
-    def report(self, decided: int, metrics: Mapping[str, Any]) -> None:
-        """Examine the policy that Brax has come to after so many decisions, and keep it; as the best one if
-        it is.
-
-        Raises:
-          _Ended: the user wishes so.
-        """
-        self.footsteps = footsteps = decided // decisions(self.config)
-        origin = dict(seed=self.args.seed, command=self.command, footsteps=footsteps)
-        converted = convert(self.config, metrics["params"], **origin, score=None)
-        marks, _ = self.exam(policy.without_origin(converted))
-        found = convert(self.config, metrics["params"], **origin, score=marks.score)
-        told = {name: float(x) for name, x in metrics.items() if name.startswith("training/")}
-        row = {"footsteps": footsteps, "seconds": time.perf_counter() - self.started, **told}
-        row |= {f"eval/{name}": value for name, value in asdict(marks).items()}
-        self.rows.append(row)
-        self.folder.log(row)
-        self.progress.update(footsteps, row)
-        policy.save(found, self.folder.checkpoints / f"{footsteps:09d}.safetensors")
-        finite = math.isfinite(marks.score)
-        better = finite and (not self.found or marks.score > self.found[self.best_footsteps].score)
-        if better:
-            self.best_footsteps = footsteps
-            policy.save(found, self.folder.policy)
-        if finite:
-            self.found[footsteps] = marks
-        self.finals.enter(found, marks.score)
-        picture.training_png(self.rows, self.folder.picture)
-        self.progress.note(
-            f"evaluation at {footsteps:,} footsteps: {marks.survival:.0%} of the pushed and {marks.calm:.0%} "
-            f"of the others stay up, {marks.speed:.2f} m/s" + ("; best so far" if better else "")
-        )
-        if self.stop.wanted:
-            raise _Ended
-
-    def finish(self) -> None:
-        """Settle which policy is kept, as `jaxwalk train` does, and write the summary."""
-        settled = [] if self.stop.wanted or not self.found else self.finals.settle()
-        if settled:
-            self.best_footsteps = settled[0][0].metadata.footsteps
-            policy.save(settled[0][0], self.folder.policy)
-        best = self.found.get(self.best_footsteps)
-        self.folder.write_summary(
-            {
-                "interrupted": self.stop.wanted,
-                "footsteps": self.footsteps,
-                "seconds": time.perf_counter() - self.started,
-                "algorithm": "ppo" if isinstance(self.args, PPOArgs) else "sac",
-                "settings": asdict(self.args.settings),
-                "best": best and {"footsteps": self.best_footsteps, **asdict(best)},
-                "finals": [{"footsteps": one.metadata.footsteps, **asdict(marks)} for one, marks in settled],
-            }
-        )
-
-
 def train(config: Config, args: PPOArgs | SACArgs, command: str) -> Path:
     """Train, and return the run folder.
 
@@ -297,13 +218,21 @@ def train(config: Config, args: PPOArgs | SACArgs, command: str) -> Path:
     with RunFolder.create(args.run_dir, config, args.seed, command) as folder:
         print(f"run folder {folder.path}", flush=True)
         with Progress(args.footsteps) as progress, Stop() as stop, trainable():
-            run = _Run(config, args, command, folder, progress, stop)
-            rest = args.seed, args.footsteps, args.evaluations, run.report
+            examined = Examined(config, devices.mesh(), args.seed, folder, progress, stop)
+
+            def report(decided: int, metrics: Mapping[str, Any]) -> None:
+                origin = dict(seed=args.seed, command=command, footsteps=decided // decisions(config))
+                handed = convert(config, metrics["params"], **origin, score=None)
+                told = {name: float(x) for name, x in metrics.items() if name.startswith("training/")}
+                if examined.report(handed, told):
+                    raise _Ended
+
+            rest = args.seed, args.footsteps, args.evaluations, report
             with contextlib.suppress(_Ended):
                 if isinstance(settings, PPO):
                     _ppo(config, settings, *rest)
                 else:
                     _sac(config, settings, *rest)
-            run.finish()
-            progress.note(f"best policy (at {run.best_footsteps:,} footsteps) in {folder.policy}")
+            name = "ppo" if isinstance(settings, PPO) else "sac"
+            examined.finish({"algorithm": name, "settings": asdict(settings)})
         return folder.path

@@ -41,7 +41,11 @@ def _train(args: TrainArgs, typed: str) -> None:
         named = any(word.partition("=")[0] == "--preset" for word in shlex.split(typed))
         chosen = "" if named else f", for {jax.default_backend()}"
         print(f"preset {args.preset}{chosen}", flush=True)
-    if args.resume is not None:
+    if args.learner == "es":
+        from jaxwalk.learn.es import run as search  # which needs a package that is an extra
+
+        folder = search.run(args.config, args.run_dir, args.seed, typed)
+    elif args.resume is not None:
         folder = resume(args.resume)
     elif args.seeds > 1:
         folder = multi_seed.run_many(args.config, args.run_dir, args.seed, args.seeds, typed)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, Literal
 
 import tyro
 
@@ -35,6 +35,9 @@ class TrainArgs:
     resume: OptionalFile = None
     """Go on with the stopped run in this folder, whose seed and configuration hold."""
     seed: shared.Seed = 0
+    learner: Literal["ddpg", "es"] = "ddpg"
+    """What learns: DDPG (``--ddpg.*``), or an evolution strategy on the same reward (``--es.*``), a search that
+    cannot be resumed."""
     seeds: int = 1
     """Independent trainings in one program, of the seeds from --seed on: a run folder for each."""
     distributed: bool = False
@@ -58,9 +61,12 @@ class TrainArgs:
         checks.between("--seeds", self.seeds, 1, 1024, ", each a training of its own")
         checks.seed(self.seed + self.seeds - 1)
         validate.check(self.config)
+        checks.between("--es.candidates", self.config.es.candidates, 4, 10_000, ", half of which are kept")
         self.place.check()
         if self.distributed and self.seeds > 1:
             raise UserError("--distributed: several processes train one seed; give --seeds without it")
+        if self.learner == "es" and (self.seeds > 1 or self.distributed):
+            raise UserError("--learner es: one seed in one process; leave --seeds and --distributed out")
         if self.place != Place() and not self.distributed:
             raise UserError("--coordinator, --processes, --process-id: give --distributed with them")
         if self.run_dir is not None:
@@ -88,6 +94,7 @@ def read(argv: Sequence[str]) -> TrainArgs:
     args = checked(TrainArgs, argv, "train", default)
     for name, given, of_run in (
         ("preset", origin.preset, None),
+        ("learner", args.learner, default.learner),
         ("run_dir", args.run_dir, None),
         ("seed", args.seed, default.seed),
         ("seeds", args.seeds, default.seeds),
