@@ -36,8 +36,8 @@ class TrainArgs:
     """Go on with the stopped run in this folder, whose seed and configuration hold."""
     seed: shared.Seed = 0
     learner: Literal["ddpg", "es"] = "ddpg"
-    """What learns: DDPG (``--ddpg.*``), or an evolution strategy on the same reward (``--es.*``), a search that
-    cannot be resumed."""
+    """What learns: DDPG (``--ddpg.*``), or an evolution strategy on the same reward (``--es.*``), which is a
+    search and cannot be resumed."""
     seeds: int = 1
     """Independent trainings in one program, of the seeds from --seed on: a run folder for each."""
     distributed: bool = False

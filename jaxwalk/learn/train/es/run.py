@@ -12,12 +12,12 @@ import numpy as np
 
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
-from jaxwalk.learn.es import population
-from jaxwalk.learn.es.population import Shape
 from jaxwalk.learn.policies import policy
 from jaxwalk.learn.policies.policy import Policy
 from jaxwalk.learn.runs.progress import Progress
 from jaxwalk.learn.runs.run_folder import RunFolder
+from jaxwalk.learn.train.es import population
+from jaxwalk.learn.train.es.population import Shape
 from jaxwalk.learn.train.examined import Examined
 from jaxwalk.learn.train.interrupt import Stop
 from jaxwalk.task import backend, collect, scenarios
