@@ -23,7 +23,7 @@ _BEFORE: dict[int, dict[str, Any]] = {
     2: {
         "gait": {"steps": "told"},
         "task": {"replan": 1},
-        "pushes": {"impulse_forward": 85.0, "impulse_backward": 90.0, "impulse_least": 0.45},
+        "pushes": {"impulse_forward": 85.0, "impulse_backward": 90.0, "impulse_least": 0.45, "focus": 0.0},
         "reward": {"zmp_weight": 0.1},
         "ddpg": {
             "hidden": [64, 64], "actor_lr": 2e-4, "tau": 0.005, "batch_size": 256, "return_steps": 1,

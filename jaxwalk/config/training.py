@@ -27,6 +27,9 @@ class PushConfig:
     """Largest push from the front, N s."""
     impulse_least: float = 0.4
     """Smallest push, as a share of the largest of its direction: what anybody survives teaches nothing."""
+    focus: float = 0.7
+    """Share of the pushes that are dealt by how open their outcome is, for each side, size and phase of the
+    step; the others are dealt alike."""
     duration: float = 0.1
     """How long the force lasts, s."""
     height_spread: float = 0.2

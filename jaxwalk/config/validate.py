@@ -108,7 +108,13 @@ _NOT_NEGATIVE += [
     for field in dataclasses.fields(CompliantConfig)
     if field.name.endswith(("_stiffness", "_damping", "_seconds", "_max"))
 ]
-_BELOW_ONE = ["ddpg.gamma", "pushes.impulse_least", "train.height_spread", "train.mass_spread"]  # 0 <= x < 1
+_BELOW_ONE = [
+    "ddpg.gamma",
+    "pushes.focus",
+    "pushes.impulse_least",
+    "train.height_spread",
+    "train.mass_spread",
+]  # 0 <= x < 1
 
 
 def check(config: Config) -> None:

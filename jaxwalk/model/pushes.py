@@ -19,6 +19,7 @@ class Push(struct.PyTreeNode):
       height: of the point pushed above the torso's centre, m; not looked at on a leg.
       place: the segment pushed, an index into `push_points.PLACES`; a leg's at its centre of mass.
       stance: the leg that was in stance when it began, 0 left, 1 right.
+      cell: what it is counted as (`jaxwalk.task.course`); before: what the one before it was; -1: nothing.
     """
 
     start: Int[Array, ""]
@@ -27,6 +28,8 @@ class Push(struct.PyTreeNode):
     height: Float[Array, ""]
     place: Int[Array, ""]
     stance: Int[Array, ""]
+    cell: Int[Array, ""]
+    before: Int[Array, ""]
 
 
 NEVER = 2**30
@@ -36,7 +39,14 @@ TORSO = PLACES.index("torso")
 def none() -> Push:
     """A push that never comes."""
     return Push(
-        jnp.int32(NEVER), jnp.int32(1), jnp.float32(0), jnp.float32(0), jnp.int32(TORSO), jnp.int32(0)
+        start=jnp.int32(NEVER),
+        ticks=jnp.int32(1),
+        force=jnp.float32(0),
+        height=jnp.float32(0),
+        place=jnp.int32(TORSO),
+        stance=jnp.int32(0),
+        cell=jnp.int32(-1),
+        before=jnp.int32(-1),
     )
 
 

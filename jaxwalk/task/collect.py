@@ -14,13 +14,13 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 from flax import struct
-from jaxtyping import Array, Bool, Float, Key
+from jaxtyping import Array, Bool, Float, Int, Key
 
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import REFERENCE_HEIGHT, Config, GaitConfig
 from jaxwalk.control import walker
 from jaxwalk.control.person import model_of
-from jaxwalk.task import backend, spawn, stepper
+from jaxwalk.task import backend, course, spawn, stepper
 from jaxwalk.task.stepper import Footstep, Stepper, Task
 
 Act = Callable[[Float[Array, "B O"], Key[Array, " B"]], Float[Array, "B 2"]]
@@ -33,6 +33,8 @@ class Window(struct.PyTreeNode):
       footsteps: [B] those that closed; of steps that are decided anew, what was decided last.
       landed: [B] those of them that ended in a touch-down or a fall, and not amid the step.
       fell, truncated, broken: [B] episodes that ended, and how.
+      dealt: [B] the cells (`course`) of pushes that were drawn after it, and lost: of those that were fallen
+        over in it; -1: none.
     """
 
     footsteps: Footstep
@@ -40,6 +42,8 @@ class Window(struct.PyTreeNode):
     fell: Bool[Array, "B"]
     truncated: Bool[Array, "B"]
     broken: Bool[Array, "B"]
+    dealt: Int[Array, "B"]
+    lost: Int[Array, "B"]
 
 
 def shortest_toe_off(numbers: GaitConfig, ratio: float) -> float:
@@ -84,7 +88,12 @@ def landed(task: Task, state: Stepper) -> Bool[Array, ""]:
 
 
 def window(
-    config: Config, task: Task, states: Stepper, act: Act, keys: Key[Array, " B"]
+    config: Config,
+    task: Task,
+    states: Stepper,
+    act: Act,
+    keys: Key[Array, " B"],
+    shares: spawn.Shares = None,
 ) -> tuple[Stepper, Window]:
     """All B walkers: decide, run the window's ticks, renew those that are done.
 
@@ -92,11 +101,24 @@ def window(
       states: Stepper with leading axis B.
       act: from [B, O] observations and [B] keys to [B, 2] actions in [-1, 1].
       keys: [B], each walker's own: what is drawn for one does not depend on how many others there are.
+      shares: as for `spawn.push`.
     """
     act_keys, renew_keys = jnp.unstack(jax.vmap(jax.random.split)(keys), axis=1)
     actions = act(states.observation, act_keys)
     states = jax.vmap(stepper.decide)(states, actions)
     states = backend.each(task.setup, lambda s: run_ticks(task, s, config.train.window_ticks), states)
     ended = jax.vmap(partial(landed, task))(states)
-    brought = Window(states.last, ended, states.terminated, states.truncated, states.broken)
-    return spawn.renew(config, task, states, renew_keys), brought
+    begun = states.walker.tick >= states.walker.push.start
+    blamed = jnp.where(begun, states.walker.push.cell, states.walker.push.before)
+    renewed = spawn.renew(config, task, states, renew_keys, shares)
+    fresh = (renewed.walker.push.start != states.walker.push.start) | states.done
+    brought = Window(
+        footsteps=states.last,
+        landed=ended,
+        fell=states.terminated,
+        truncated=states.truncated,
+        broken=states.broken,
+        dealt=jnp.where(fresh, renewed.walker.push.cell, course.NONE),
+        lost=jnp.where(states.terminated, blamed, course.NONE),
+    )
+    return renewed, brought

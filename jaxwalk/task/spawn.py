@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Key, PRNGKeyArray
+from jaxtyping import Array, Float, Key, PRNGKeyArray
 
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
 from jaxwalk.model import pushes
-from jaxwalk.task import stepper
+from jaxwalk.task import course, stepper
 from jaxwalk.task.stepper import Stepper, Task
 
+Shares = Float[Array, "C"] | None
+SHORTEST, USUAL = 0.2, 0.6  # s of a step that is one; of the reference body's, before it has taken any
 
-def walker(config: Config, task: Task, key: PRNGKeyArray) -> Stepper:
+
+def walker(config: Config, task: Task, key: PRNGKeyArray, shares: Shares = None) -> Stepper:
     """A new walker as training meets them: its own stature, mass and first push."""
     height_key, mass_key, start_key, push_key = jax.random.split(key, 4)
     stature = 1 + config.train.height_spread * jax.random.uniform(height_key, (), minval=-1.0)
@@ -23,41 +24,50 @@ def walker(config: Config, task: Task, key: PRNGKeyArray) -> Stepper:
     height = config.body.height * stature
     mass = config.body.mass * stature**3 * build  # people of one shape weigh with the cube
     fresh = stepper.start(task, config.gait, height, mass, jnp.float32(config.sensors.noise), start_key)
-    return fresh.replace(walker=fresh.walker.replace(push=push(config, fresh, push_key)))
+    return fresh.replace(walker=fresh.walker.replace(push=push(config, fresh, push_key, shares)))
 
 
-def push(config: Config, state: Stepper, key: PRNGKeyArray) -> pushes.Push:
-    """The next push of a walker: exponential waiting time, random direction, size and height."""
-    wait_key, side_key, size_key, height_key = jax.random.split(key, 4)
-    settings = config.pushes
+def push(config: Config, state: Stepper, key: PRNGKeyArray, shares: Shares = None) -> pushes.Push:
+    """The next push of a walker: exponential waiting time, random side, size, phase of the step, and height.
+
+    Args:
+      shares: of the cells of `course`; all alike if not given.
+    """
+    wait_key, cell_key, height_key = jax.random.split(key, 3)
+    settings, body = config.pushes, state.walker
+    dealt = course.draw(jnp.asarray(course.even()) if shares is None else shares, cell_key)
     wait = jax.random.exponential(wait_key) / settings.rate if settings.rate else jnp.inf
-    ratio = state.walker.person.ratio
-    forward = jax.random.bernoulli(side_key)
-    most = jnp.where(forward, settings.impulse_forward, -settings.impulse_backward)
-    share = jax.random.uniform(size_key, (), minval=settings.impulse_least, maxval=1.0)
-    impulse = most * share * ratio.impulse
+    ratio = body.person.ratio
+    most = jnp.where(dealt.forward, settings.impulse_forward, -settings.impulse_backward)
+    impulse = most * (settings.impulse_least + (1 - settings.impulse_least) * dealt.size) * ratio.impulse
     height = settings.height_spread * jax.random.uniform(height_key, (), minval=-1.0) * ratio.length
-    ticks = jnp.minimum(wait / config.physics.timestep, 1e8).astype(jnp.int32)
-    begin = state.walker.tick + ticks
-    return pushes.of_impulse(impulse, begin, settings.duration, config.physics.timestep, height)
+    # Of steps as long as the last one.
+    step = jnp.where(state.last.seconds > SHORTEST, state.last.seconds, USUAL * ratio.time)
+    wait = jnp.mod(dealt.phase * step - body.gait.elapsed, step) + jnp.floor(wait / step) * step
+    begin = body.tick + jnp.minimum(wait / config.physics.timestep, 1e8).astype(jnp.int32)
+    next_one = pushes.of_impulse(impulse, begin, settings.duration, config.physics.timestep, height)
+    return next_one.replace(cell=dealt.cell, before=body.push.cell)
 
 
-def renew(config: Config, task: Task, states: Stepper, keys: Key[Array, " B"]) -> Stepper:
+def renew(
+    config: Config, task: Task, states: Stepper, keys: Key[Array, " B"], shares: Shares = None
+) -> Stepper:
     """Between windows: of B walkers, whoever is done starts anew, whoever's push is over gets the next.
 
     Args:
       keys: [B], each walker's own.
+      shares: as for `push`.
     """
     push_keys, spawn_keys = jnp.unstack(jax.vmap(jax.random.split)(keys), axis=1)
 
     def pushed(state: Stepper, key: PRNGKeyArray) -> Stepper:
         old = state.walker.push
         over = state.walker.tick >= old.start + old.ticks
-        new = stepper.select(over, push(config, state, key), old)
+        new = stepper.select(over, push(config, state, key, shares), old)
         return state.replace(walker=state.walker.replace(push=new))
 
     def anew(states: Stepper) -> Stepper:
-        fresh = jax.vmap(partial(walker, config, task))(spawn_keys)
+        fresh = jax.vmap(lambda key: walker(config, task, key, shares))(spawn_keys)
         return jax.vmap(stepper.select)(states.done, fresh, states)
 
     states = jax.vmap(pushed)(states, push_keys)

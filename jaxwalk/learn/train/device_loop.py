@@ -27,7 +27,8 @@ from jaxwalk.control.person import Person
 from jaxwalk.learn.ddpg import learner, noise, replay_buffer
 from jaxwalk.learn.ddpg.learner import LearnerState
 from jaxwalk.learn.ddpg.replay_buffer import Replay
-from jaxwalk.task import collect, footstep, scenarios, spawn
+from jaxwalk.task import collect, course, footstep, scenarios, spawn
+from jaxwalk.task.course import Course
 from jaxwalk.task.stepper import Stepper, Task
 
 RETURN_STEPS, RETURNS, RETURN_SPACING = 100, 16, 20
@@ -61,6 +62,7 @@ class TrainState(struct.PyTreeNode):
       replay: [W] rings, one for each.
       learner: networks, optimisers, statistics.
       counts: since the last report.
+      course: what came of the pushes.
       footsteps: gathered in all; each may hold many decisions.
       owed: updates due, fractions included.
       key: of exploration, renewals and sampling.
@@ -70,6 +72,7 @@ class TrainState(struct.PyTreeNode):
     replay: Replay
     learner: LearnerState
     counts: Counts
+    course: Course
     footsteps: Float[Array, ""]
     owed: Float[Array, ""]
     key: PRNGKeyArray
@@ -81,7 +84,7 @@ def _no_counts() -> Counts:
 
 def _specs() -> TrainState:
     split, same = PartitionSpec(AXIS), PartitionSpec()
-    specs: list[Any] = [split, split, same, same, same, same, same]  # in the places of arrays
+    specs: list[Any] = [split, split, same, same, same, same, same, same]  # in the places of arrays
     return TrainState(*specs)
 
 
@@ -128,6 +131,7 @@ def _build(config: Config) -> Callable[[Any], TrainState]:
             replay=replay_buffer.init(count, capacity, example),
             learner=learner.init(config.ddpg, learner_key, len(config.observation), _initial_action(config)),
             counts=_no_counts(),
+            course=course.start(),
             footsteps=jnp.zeros(()),
             owed=jnp.zeros(()),
             key=key,
@@ -167,7 +171,8 @@ def on_device(
         def act(observation: Float[Array, "B O"], keys: Key[Array, " B"]) -> Float[Array, "B 2"]:
             return jax.vmap(noise.perturb)(learner.act(config.ddpg, state.learner, observation), keys, scales)
 
-        steppers, brought = collect.window(config, task, state.steppers, act, _keys(key, mine))
+        shares = course.shares(state.course, config.pushes.focus)
+        steppers, brought = collect.window(config, task, state.steppers, act, _keys(key, mine), shares)
         steps, closed, landed = brought.footsteps, brought.footsteps.closed, brought.landed
         sums = Counts(
             footsteps=jnp.sum(landed, dtype=jnp.float32),
@@ -179,7 +184,8 @@ def on_device(
             length=_sum(landed, steps.length),
             seconds=_sum(landed, steps.seconds),
         )
-        sums = jax.lax.psum(sums, AXIS)
+        told = course.counted(brought.dealt), course.counted(brought.lost)
+        sums, told = jax.lax.psum((sums, told), AXIS)
         if remembers:
             state = state.replace(
                 replay=replay_buffer.add(state.replay, steps.transition, closed),
@@ -188,6 +194,7 @@ def on_device(
         return state.replace(
             steppers=steppers,
             counts=jax.tree.map(jnp.add, state.counts, sums),
+            course=course.remembered(state.course, *told),
             footsteps=state.footsteps + sums.footsteps,
             owed=state.owed + sums.footsteps * config.ddpg.updates_per_footstep,
         )
