@@ -155,7 +155,7 @@ RULES: dict[str, Rule] = {
 
 
 def configured(config: Config, rule: Rule) -> Config:
-    """``config`` with who settles a step, what ``rule`` is told, and that it is asked at touch-downs alone."""
+    """``config`` with who settles a step, and what ``rule`` is told; it is asked at touch-downs alone."""
     gait = dataclasses.replace(config.gait, steps="planned" if isinstance(rule, Replan) else "told")
     task = dataclasses.replace(config.task, replan=0)
     return dataclasses.replace(config, gait=gait, observation=OBSERVATION, task=task)

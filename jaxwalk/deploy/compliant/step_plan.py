@@ -25,7 +25,6 @@ def planned(
         length = np.float32(2) * place
         time = clock.elapsed + min(max(way, own.back_soonest), own.back_time)
     more, longer = clock.change
-    return (
-        min(max(length + more, numbers.length_min), numbers.length_max),
-        min(max(time + longer, numbers.duration_min), numbers.duration_max),
-    )
+    length = min(max(length + more, numbers.length_min), numbers.length_max)
+    time = min(max(time + longer, numbers.duration_min), numbers.duration_max)
+    return np.float32(length), np.float32(time)
