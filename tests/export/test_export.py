@@ -213,6 +213,16 @@ def test_the_runtime_refuses_bad_files_in_one_line(exported, tmp_path, case, kin
     assert str(path) in str(caught.value) and "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("name", ["actor/output/bias", "observation/mean"])
+def test_the_runtime_refuses_tensors_of_more_dimensions(exported, tmp_path, name):
+    with np.load(exported[2]["npz"]) as kept:
+        parts = dict(kept)
+    assert name in parts
+    np.savez(tmp_path / "policy.npz", **parts | {name: np.tile(parts[name], (len(parts[name]), 1))})
+    with pytest.raises(UserError, match="its tensors are damaged"):
+        deploy.load(tmp_path / "policy.npz")
+
+
 def test_the_runtime_refuses_what_is_newer(exported, tmp_path):
     trained, told, _ = exported
     path = tmp_path / "policy.npz"
