@@ -80,7 +80,7 @@ WALKS = {
     "compliant, tall": (TALL, Shove(30.0, 0.1)),
     "compliant, seldom asked": (SELDOM, None),
     "compliant, planned": (PLANNED, Shove(60.0, 0.2)),
-    "compliant, planned, stepping back": (PLANNED, Shove(-60.0, 0.2)),
+    "compliant, planned, stepping back": (PLANNED, Shove(-70.0, 0.1)),
     "compliant, planned, asked at landings": (AT_LANDINGS, Shove(40.0, 0.1)),
 }
 

@@ -208,7 +208,7 @@ def test_what_a_policy_changes_holds_until_it_is_asked_again_and_is_bounded(born
         for end in ("min", "max")
     )
     stances = set()
-    for action, share in (([7.0, -0.5], (1.0, -0.5)), ([-0.2, 0.4], (-0.2, 0.4))):
+    for action, share in (([-7.0, -0.5], (-1.0, -0.5)), ([-0.2, 0.4], (-0.2, 0.4))):
         change = share * np.array([own.change_length * ratio.length, own.change_duration * ratio.time])
         born = stepper.decide(born, jnp.array(action))
         for _ in range(32):  # it asks meanwhile, and nobody answers
