@@ -4,6 +4,7 @@ import json
 import subprocess
 import zipfile
 from dataclasses import replace
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -216,9 +217,10 @@ def test_the_runtime_refuses_bad_files_in_one_line(exported, tmp_path, case, kin
 @pytest.mark.parametrize("name", ["actor/output/bias", "observation/mean"])
 def test_the_runtime_refuses_tensors_of_more_dimensions(exported, tmp_path, name):
     with np.load(exported[2]["npz"]) as kept:
-        parts = dict(kept)
+        parts: dict[str, Any] = dict(kept)
     assert name in parts
-    np.savez(tmp_path / "policy.npz", **parts | {name: np.tile(parts[name], (len(parts[name]), 1))})
+    parts[name] = np.tile(parts[name], (len(parts[name]), 1))
+    np.savez(tmp_path / "policy.npz", **parts)
     with pytest.raises(UserError, match="its tensors are damaged"):
         deploy.load(tmp_path / "policy.npz")
 
