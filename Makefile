@@ -55,7 +55,7 @@ lint: $(READY) ## style, types, and the order of imports
 	$(BIN)/pyright
 	$(BIN)/lint-imports
 
-tune: $(READY) ## search for a walk: the numbers of the legs and of the rule (ARGS="--minutes 15 --out tuned.json")
+tune: $(READY) ## search for a walk: the numbers of the legs and of their step plan (ARGS="--minutes 15 --out tuned.json")
 	$(BIN)/python scripts/tune.py $(ARGS)
 
 models: $(READY) ## write models/*.xml anew from jaxwalk/model/anthropometry.py

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
-from typing import Literal
+from typing import Any, Literal
 
 from jaxwalk.config.compliant import CompliantConfig
 from jaxwalk.config.step_plan import StepPlanConfig
@@ -121,9 +121,9 @@ class GaitConfig:
     """A footstep that lasts longer is a stall, which ends the episode like a fall, s."""
 
     @property
-    def answers(self) -> tuple[tuple[float, float], tuple[float, float]]:
+    def answers(self) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
         """What a policy's least and greatest answers stand for: (length m, duration s) of a step, or of what
-        is changed of the plan."""
+        is changed of the plan; numbers of whatever kind the fields are."""
         if self.steps == "planned":
             length, duration = self.step_plan.change_length, self.step_plan.change_duration
             return (-length, -duration), (length, duration)

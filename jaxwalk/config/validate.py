@@ -204,12 +204,14 @@ def check(config: Config) -> None:
         "told: rigid legs take the step that the policy commands (--gait.form)",
     )
     plan = gait.step_plan
-    _require(
-        plan.duration_least <= plan.duration_most and plan.back_soonest <= plan.back_time,
-        "gait.step-plan.duration-least",
-        plan.duration_least,
-        "duration-least <= duration-most, and back-soonest <= back-time",
-    )
+    for least, most in (("duration_least", "duration_most"), ("back_soonest", "back_time")):
+        shortest, longest = (getattr(plan, name) for name in (least, most))
+        _require(
+            shortest <= longest,
+            f"gait.step_plan.{least}",
+            shortest,
+            f"at most --gait.step-plan.{most.replace('_', '-')}, {longest:g}",
+        )
     _require(
         compliant or physics.actuators == "unlimited",
         "physics.actuators",

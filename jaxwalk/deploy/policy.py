@@ -74,12 +74,13 @@ def _fits(policy: Policy) -> bool:
     """Whether shapes, types and names go together, and all numbers are finite."""
     sizes = [len(policy.mean), *(bias.shape[0] for _, bias in policy.layers)]
     fits = all(
-        kernel.shape == (a, b) for (kernel, _), a, b in zip(policy.layers, sizes[:-1], sizes[1:], strict=True)
+        kernel.shape == (a, b) and bias.shape == (b,)
+        for (kernel, bias), a, b in zip(policy.layers, sizes[:-1], sizes[1:], strict=True)
     )
     layers = [x for layer in policy.layers for x in layer]
     arrays = [policy.low, policy.high, policy.mean, policy.std, *layers]
     sound = all(x.dtype == np.float32 and np.isfinite(x).all() for x in arrays) and (policy.std > 0).all()
-    shapes = policy.std.shape == policy.mean.shape and sizes[-1] == len(policy.low)
+    shapes = policy.std.shape == policy.mean.shape == (sizes[0],) and sizes[-1] == len(policy.low)
     return bool(fits and sound and shapes and len(policy.manifest["observation"]) == sizes[0] > 0)
 
 

@@ -207,7 +207,7 @@ def _names_of(metavar: str, read: Callable[[str], str]) -> tyro.constructors.Pri
 POLICIES = (
     "A run folder, a policy file, 'shipped', 'shipped-rigid' (on stiff legs), 'fixed' (the nominal step, "
     "never adapted), 'constant' (a step searched for, never adapted), or a rule: 'raibert' (length from "
-    "speed), 'capture-point' (length and duration), 'replan' (the same, asked again within the step)."
+    "speed), 'capture-point' (length and duration), 'replan' (planned at every tick)."
 )
 Policy = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="POLICY", help=POLICIES)]
 OptionalPolicy = Annotated[str | None, tyro.conf.arg(metavar="POLICY")]

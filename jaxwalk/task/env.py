@@ -29,7 +29,8 @@ class FootstepEnv(Env):
     """One walker; `reset` and `step` are pure and may be jitted and vmapped.
 
     ``state.pipeline_state`` is the `Stepper`, ``state.obs`` the raw observation [O] of
-    ``config.observation``, an action [2] is (length, duration) of the step, each in [-1, 1].
+    ``config.observation``, an action [2] is (length, duration) of the step, or of the
+    change of its plan, each in [-1, 1].
 
     ``state.done`` is 1.0 after a fall, a stall or a state that is not finite; time that is over
     is ``info["truncation"]`` 1.0, and the walker walks on if it is stepped nevertheless.

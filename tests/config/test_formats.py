@@ -8,6 +8,7 @@ import pytest
 from jaxwalk.common import resources
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, of_dict, to_dict
+from jaxwalk.config.formats import FORMAT
 from jaxwalk.learn.policies import policy
 
 
@@ -23,7 +24,7 @@ def test_a_file_without_a_number_meant_rigid_legs_and_one_decision_a_step():
         "servo",
         "unlimited",
     )
-    assert before.task.replan == 0
+    assert (before.gait.steps, before.task.replan) == ("told", 0)
     assert (before.gait.duration_nominal, before.gait.length_nominal) == (0.12, 0.633)
     assert before.observation == ("speed", "pitch", "zmp", "step_length", "pitch_rate")
 
@@ -31,6 +32,22 @@ def test_a_file_without_a_number_meant_rigid_legs_and_one_decision_a_step():
 def test_heel_and_toe_had_one_number():
     before = of_dict({"physics": {"contact_timeconst": 0.01}})
     assert before.physics.heel_timeconst == before.physics.contact_timeconst == 0.01
+
+
+@pytest.mark.parametrize("told", [{}, {"gait": {}, "task": {}}, {"gait": {"speed_desired": 1.2}}])
+def test_in_the_second_format_policies_commanded_each_step_and_were_asked_in_every_window(told):
+    before, now = of_dict({"format": 2, **told}), of_dict({"format": FORMAT, **told})
+    assert (before.gait.steps, before.task.replan) == ("told", 1)
+    assert before.observation == (
+        "speed", "speed_desired", "pitch", "elapsed", "capture_ahead", "swing_ahead",
+    )  # fmt: skip
+    assert before.gait.form == "compliant"
+    assert before.gait == dataclasses.replace(now.gait, steps="told")
+
+
+def test_what_a_file_of_the_second_format_says_is_kept():
+    before = of_dict({"format": 2, "task": {"replan": 4}, "observation": ["pitch"]})
+    assert (before.task.replan, before.observation, before.gait.steps) == (4, ("pitch",), "told")
 
 
 def test_what_a_file_says_is_kept():
@@ -42,17 +59,17 @@ def test_what_a_file_says_is_kept():
 
 
 def test_todays_files_lack_nothing_that_is_not_todays_default():
-    assert of_dict({"format": 2}) == Config()
+    assert of_dict({"format": FORMAT}) == Config()
 
 
 def test_the_rigid_policy_is_of_the_first_format():
     kept = policy.load(resources.model_path("shipped-rigid.safetensors"))
     told = json.loads(kept.metadata.config)
     assert "format" not in told
-    assert of_dict(told).gait.form == "rigid"
+    assert (of_dict(told).gait.form, of_dict(told).gait.steps) == ("rigid", "told")
 
 
-@pytest.mark.parametrize("number", [0, 3, "2", None, True])
+@pytest.mark.parametrize("number", [0, FORMAT + 1, str(FORMAT), None, True])
 def test_a_format_that_is_not_known_is_refused(number):
-    with pytest.raises(UserError, match="this version reads 1 to 2"):
+    with pytest.raises(UserError, match=f"this version reads 1 to {FORMAT}"):
         of_dict({"format": number})

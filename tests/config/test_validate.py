@@ -8,7 +8,8 @@ from typing import Literal
 import pytest
 
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import Config, DDPGConfig, of_dict, to_dict, validate
+from jaxwalk.config import Config, DDPGConfig, StepPlanConfig, of_dict, to_dict, validate
+from jaxwalk.config.formats import FORMAT
 from jaxwalk.config.presets import PRESETS
 
 
@@ -29,7 +30,7 @@ def test_the_paper_preset_holds_the_papers_constants():
 
 
 def test_missing_fields_take_their_defaults():
-    config = of_dict({"format": 2, "ddpg": {"gamma": 0.5}})
+    config = of_dict({"format": FORMAT, "ddpg": {"gamma": 0.5}})
     assert config == Config(ddpg=DDPGConfig(gamma=0.5))
 
 
@@ -53,6 +54,10 @@ def test_whole_numbers_serve_as_floats():
         ({"ddpg": {"hidden": [400, "x"]}}, ["ddpg.hidden[1] = 'x'", "int"]),
         ({"body": {"table": "round"}}, ["body.table = 'round'", "winter, box"]),
         ({"observation": ["mood"]}, ["observation[0] = 'mood'", "pitch"]),
+        ({"gait": {"steps": "guessed"}}, ["gait.steps = 'guessed'", "told, planned"]),
+        ({"gait": {"step_plan": 0.2}}, ["gait.step_plan", "table"]),
+        ({"gait": {"step_plan": {"gain": 1}}}, ["unknown field gait.step_plan.gain", "length_gain"]),
+        ({"gait": {"step_plan": {"back_time": None}}}, ["gait.step_plan.back_time = None", "float"]),
     ],
 )
 def test_a_wrong_value_is_named(data, says):
@@ -82,12 +87,43 @@ def test_any_dataclass_can_be_decoded():
         ("pushes", {"rate": float("inf")}, "--pushes.rate"),
         ("gait", {"length_min": 2.0}, "--gait.length-nominal"),
         ("gait", {"duration_min": 0.0}, "--gait.duration-nominal"),
+        ("gait", {"steps": "guessed"}, "--gait.steps guessed: give one of told, planned"),
         ("train", {"mass_spread": 1.0}, "--train.mass-spread"),
         ("body", {"height": 0.1}, "height 0.1"),
     ],
 )
 def test_a_senseless_configuration_is_refused(part, changes, option):
-    config = Config()
+    refused(Config(), part, changes, option)
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"change_length": 0.0}, "--gait.step-plan.change-length 0.0: give a number above 0"),
+        ({"change_duration": -0.1}, "--gait.step-plan.change-duration -0.1: give a number above 0"),
+        ({"back_speed": 0.0}, "--gait.step-plan.back-speed 0.0: give a number above 0"),
+        ({"pitch_gain": float("nan")}, "--gait.step-plan.pitch-gain nan: give a finite number"),
+        (
+            {"duration_least": 0.8},
+            "--gait.step-plan.duration-least 0.8: give at most --gait.step-plan.duration-most, 0.7",
+        ),
+        (
+            {"back_soonest": 0.4, "back_time": 0.3},
+            "--gait.step-plan.back-soonest 0.4: give at most --gait.step-plan.back-time, 0.3",
+        ),
+    ],
+)
+def test_a_senseless_step_plan_is_refused(changes, says):
+    refused(Config(), "gait", {"step_plan": StepPlanConfig(**changes)}, says)
+
+
+def test_rigid_legs_do_not_plan_their_steps():
+    refused(PRESETS["rigid"], "gait", {"steps": "planned"}, "--gait.steps planned: give told: rigid legs")
+
+
+def refused(config, part, changes, says):
+    """In one line that says what is wrong."""
     changed = dataclasses.replace(config, **{part: dataclasses.replace(getattr(config, part), **changes)})
-    with pytest.raises(UserError, match=option):
+    with pytest.raises(UserError) as caught:
         validate.check(changed)
+    assert says in str(caught.value) and "\n" not in str(caught.value)

@@ -14,7 +14,7 @@ import pytest
 from jaxwalk import deploy
 from jaxwalk.common import resources
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import Observable
+from jaxwalk.config import Config, Observable
 from jaxwalk.control import walker
 from jaxwalk.export import c, c_runtime, manifest, tensors
 from jaxwalk.learn.ddpg import networks
@@ -31,15 +31,14 @@ SUBJECT, RIGID = map(named.load, checks.TRAINED)
 
 
 # The accelerometer of `sensors` is made of the velocity: one without noise, so that it can be told.
-def quiet(subject):
+def quiet(config):
     own = dict(
         velocity_std=0.0, velocity_bias=0.0, acceleration_std=0.0, acceleration_bias=0.0, pitch_bias=0.0
     )
-    sensors = dataclasses.replace(subject.config.sensors, **own)
-    return dataclasses.replace(subject.config, sensors=sensors)
+    return dataclasses.replace(config, sensors=dataclasses.replace(config.sensors, **own))
 
 
-COMPLIANT, QUIET = quiet(SUBJECT), quiet(RIGID)
+COMPLIANT, QUIET, PLANNED = quiet(SUBJECT.config), quiet(RIGID.config), quiet(Config())
 # The paper's toe-off and no step back; told of everything that there is to tell.
 PAPER = dataclasses.replace(
     QUIET,
@@ -52,12 +51,19 @@ TALL = dataclasses.replace(
     body=dataclasses.replace(COMPLIANT.body, height=1.95, mass=90.0),
     physics=dataclasses.replace(COMPLIANT.physics, actuators="exoskeleton"),
 )
-# Decided anew in every fourth window, by an answer that hardly changes; without limits.
+# Told the whole step in every fourth window, by an answer that hardly changes; without limits.
 SELDOM = dataclasses.replace(
     COMPLIANT,
+    gait=dataclasses.replace(COMPLIANT.gait, steps="told"),
     physics=dataclasses.replace(COMPLIANT.physics, actuators="unlimited"),
     task=dataclasses.replace(COMPLIANT.task, replan=4),
     observation=get_args(Observable),
+)
+# The same where a step is planned: what is changed of it is asked at touch-downs alone.
+AT_LANDINGS = dataclasses.replace(
+    PLANNED,
+    body=dataclasses.replace(PLANNED.body, height=1.6, mass=80.0),
+    task=dataclasses.replace(PLANNED.task, replan=0),
 )
 TICKS = 2500
 # What reaches every branch of the controllers.
@@ -73,18 +79,25 @@ WALKS = {
     "compliant, stepping back": (COMPLIANT, Shove(-60.0, 0.2)),
     "compliant, tall": (TALL, Shove(30.0, 0.1)),
     "compliant, seldom asked": (SELDOM, None),
+    "compliant, planned": (PLANNED, Shove(60.0, 0.2)),
+    "compliant, planned, stepping back": (PLANNED, Shove(-70.0, 0.1)),
+    "compliant, planned, asked at landings": (AT_LANDINGS, Shove(40.0, 0.1)),
 }
 
 
 def _trained(config):
-    """A policy told what ``config`` says: the shipped one, or one that answers little."""
+    """A policy told what ``config`` says: the shipped one, or one that answers little; of steps that are
+    planned, whatever."""
     for one, trained in zip((SUBJECT, RIGID), TRAINED.values(), strict=True):
-        if config.observation == one.config.observation:
+        if config not in (PLANNED, AT_LANDINGS) and config.observation == one.config.observation:
             return trained
     size = len(config.observation)
     actor = networks.init_actor(
         config.ddpg.hidden, jax.random.key(1), size, np.asarray(rules.nominal(config)).tolist()
     )
+    if config.gait.steps == "planned":
+        kernel = jax.random.normal(jax.random.key(2), actor["output"]["kernel"].shape)
+        actor = {**actor, "output": {**actor["output"], "kernel": kernel}}
     return policy.of_parts(
         config, actor, jnp.zeros(size), jnp.ones(size), clip=10.0,
         seed=0, command="", footsteps=0, score=None,
@@ -157,6 +170,7 @@ class Recorded:
         self.c = _driven(walker_in_c, said, stance, lambda c: c.observation(size))
 
         params = policy.without_origin(trained)
+        self.actions = np.asarray(policy.act(params, jnp.asarray(self.numpy[2])))
         sizes = jnp.float32(config.body.height), jnp.float32(config.body.mass)
         replayed = _replayed(Task.of(config), config.gait, params, sizes, start, _readings(said[1:]))
         commands, landed, asked, observed = jax.device_get(replayed)
@@ -205,6 +219,10 @@ def test_the_walks_reach_what_they_are_for(recorded):
     ankle = recorded["standing"].numpy[0][:, [2, 5]]
     assert np.isclose(ankle, RIGID.config.gait.restart_torque).any(), "it never stood"
     assert not recorded["unpushed"].walk.fell and not recorded["stepping back"].walk.fell
+    for name in (name for name in WALKS if "planned" in name):
+        assert np.ptp(recorded[name].actions, axis=0).min() > 0.02, f"{name}: it answers the same"
+        assert np.abs(recorded[name].actions).max(axis=0).min() > 0.1, f"{name}: it changes little"
+    assert min(far for *_, far in recorded["compliant, planned, stepping back"].walk.landings) < -0.1
 
 
 @pytest.fixture

@@ -4,19 +4,23 @@ import json
 import subprocess
 import zipfile
 from dataclasses import replace
+from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from jaxwalk import cli, deploy
 from jaxwalk.common import resources
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import CompliantConfig
+from jaxwalk.config import CompliantConfig, Config, StepPlanConfig
 from jaxwalk.config.gait import RIGID, SHARED
+from jaxwalk.deploy import person
 from jaxwalk.deploy.file import MANIFEST
-from jaxwalk.export import command, selftest, stablehlo
-from jaxwalk.learn.policies import policy
+from jaxwalk.export import c, command, manifest, selftest, stablehlo
+from jaxwalk.learn.ddpg import networks
+from jaxwalk.learn.policies import named, policy
 
 FORMATS = ("safetensors", "npz", "onnx", "stablehlo", "c")
 
@@ -26,6 +30,28 @@ def exported(tmp_path_factory):
     """(policy, manifest, file by format)."""
     trained, told = command.load("shipped")
     return trained, told, command.write(trained, told, FORMATS, tmp_path_factory.mktemp("export"))
+
+
+@pytest.fixture(scope="module")
+def planned():
+    """(policy, manifest) of steps that are planned."""
+    config = Config()
+    actor = networks.init_actor(config.ddpg.hidden, jax.random.key(0), 6, (0.3, -0.4))
+    trained = policy.of_parts(
+        config, actor, jnp.zeros(6), jnp.ones(6), clip=10.0, seed=0, command="", footsteps=0, score=None
+    )
+    return trained, manifest.build(trained, config)
+
+
+@pytest.fixture(scope="module")
+def told():
+    """The manifest of steps that the policy commands: of the shipped one, were it told so."""
+    trained = command.load("shipped")[0]
+    config = named.load("shipped").config
+    gait = replace(config.gait, steps="told")
+    low, high = gait.answers
+    metadata = replace(trained.metadata, action_low=low, action_high=high)
+    return manifest.build(replace(trained, metadata=metadata), replace(config, gait=gait))
 
 
 @pytest.mark.parametrize("kind", FORMATS)
@@ -52,7 +78,8 @@ def test_every_file_carries_the_manifest(exported):
     }
     for kind, carried in found.items():
         assert carried == told, kind
-    assert told["action"][0] == {"name": "length", "unit": "m", "low": -0.7, "high": 0.95}
+    low, high = named.load("shipped").config.gait.answers
+    assert told["action"][0] == {"name": "length", "unit": "m", "low": low[0], "high": high[0]}
     assert [one["name"] for one in told["observation"]][:3] == ["speed", "speed_desired", "pitch"]
     header = files["c"].read_text()
     for one in told["observation"] + told["action"]:
@@ -69,10 +96,45 @@ def test_numbers_scale_as_dynamic_similarity_says(exported):
     assert legs < set(numbers) and set(SHARED) < set(numbers)
 
 
+def test_a_plan_carries_its_numbers_and_what_may_be_changed_of_it(planned):
+    trained, told = planned
+    assert (told["switches"]["steps"], told["decisions"]["replan"]) == ("planned", Config().task.replan)
+    own = Config().gait.step_plan
+    assert [(one["low"], one["high"]) for one in told["action"]] == [
+        (-own.change_length, own.change_length),
+        (-own.change_duration, own.change_duration),
+    ]
+    numbers = {name: one for name, one in told["numbers"].items() if name.startswith("plan_")}
+    assert set(numbers) == {f"plan_{name}" for name in StepPlanConfig.__dataclass_fields__}
+    assert {name: one["value"] for name, one in numbers.items()} == {
+        f"plan_{name}": value for name, value in vars(own).items()
+    }
+    powers = {name[5:]: (one["length"], one["mass"]) for name, one in numbers.items()}
+    assert powers["change_length"] == powers["pitch_gain"] == (1, 0)
+    assert powers["change_duration"] == powers["back_speed"] == (0.5, 0)
+    assert powers["duration_gain"] == (-0.5, 0) and powers["length_gain"] == powers["back_gain"] == (0, 0)
+    assert "#define JAXWALK_PLANNED 1" in c.header(trained, told).decode()
+
+
+def test_steps_that_are_told_need_no_plan(exported, told):
+    """As of files of before, which lack its numbers and the switch."""
+    assert told["switches"]["steps"] == "told"
+    before = told | {
+        "switches": {name: x for name, x in told["switches"].items() if name != "steps"},
+        "numbers": {name: x for name, x in told["numbers"].items() if not name.startswith("plan_")},
+    }
+    who = person.build(before)
+    assert who.gait.steps == "told"
+    assert np.isclose(who.gait.length_max, told["action"][0]["high"])
+    with pytest.raises(KeyError, match="plan_"):
+        person.build(before | {"switches": before["switches"] | {"steps": "planned"}})
+
+
 def test_rigid_legs_carry_their_own_numbers():
     _, told = command.load("shipped-rigid")
     assert set(RIGID) < set(told["numbers"]) and told["numbers"]["toe_off_gain"]["length"] == 0.5
-    assert not any(name.startswith("compliant_") for name in told["numbers"])
+    assert not any(name.startswith(("compliant_", "plan_")) for name in told["numbers"])
+    assert told["switches"]["steps"] == "told"
     assert (told["switches"]["form"], told["decisions"]["replan"], told["strength"]) == ("rigid", 0, None)
 
 
@@ -150,6 +212,17 @@ def test_the_runtime_refuses_bad_files_in_one_line(exported, tmp_path, case, kin
     with pytest.raises(UserError) as caught:
         deploy.load(path)
     assert str(path) in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["actor/output/bias", "observation/mean"])
+def test_the_runtime_refuses_tensors_of_more_dimensions(exported, tmp_path, name):
+    with np.load(exported[2]["npz"]) as kept:
+        parts: dict[str, Any] = dict(kept)
+    assert name in parts
+    parts[name] = np.tile(parts[name], (len(parts[name]), 1))
+    np.savez(tmp_path / "policy.npz", **parts)
+    with pytest.raises(UserError, match="its tensors are damaged"):
+        deploy.load(tmp_path / "policy.npz")
 
 
 def test_the_runtime_refuses_what_is_newer(exported, tmp_path):

@@ -87,7 +87,7 @@ def test_brax_discounts_and_ends_in_the_same_time_however_often_steps_are_decide
             assert told["discounting"] ** often == pytest.approx(config.ddpg.gamma)
             assert told["num_timesteps"] == 1000 * often and told["episode_length"] == 64 * often
         if config.task.replan:  # half a minute, as of a walker that is asked once a step
-            assert 25 < asked[-1]["episode_length"] * window < 40
+            assert 25 < asked[-1]["episode_length"] * config.task.replan * window < 40
         else:
             assert often == 1
 

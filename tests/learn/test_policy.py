@@ -47,8 +47,19 @@ def test_round_trip_is_bit_for_bit(trained, saved):
         assert np.asarray(a).tobytes() == np.asarray(b).tobytes()
     assert json.loads(loaded.metadata.config) == json.loads(json.dumps(to_dict(CONFIG)))
     assert loaded.metadata.action_names == ("length", "duration")
-    assert loaded.metadata.action_low == (CONFIG.gait.length_min, CONFIG.gait.duration_min)
+    plan = CONFIG.gait.step_plan
+    assert loaded.metadata.action_low == (-plan.change_length, -plan.change_duration)
+    assert loaded.metadata.action_high == (plan.change_length, plan.change_duration)
     assert [p.name for p in saved.parent.iterdir()] == [saved.name], "temporary files are left"
+
+
+def test_of_steps_that_are_told_its_bounds_are_those_of_the_command(state):
+    gait = replace(CONFIG.gait, steps="told")
+    told = policy.from_learner(
+        replace(CONFIG, gait=gait), state, seed=0, command="", footsteps=0, score=None
+    ).metadata
+    assert told.action_low == (gait.length_min, gait.duration_min)
+    assert told.action_high == (gait.length_max, gait.duration_max)
 
 
 def test_acts_as_the_learner_did(state, saved):

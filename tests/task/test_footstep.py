@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk.config import Config, GaitConfig, RewardConfig, SensorConfig
+from jaxwalk.config import Config, GaitConfig, RewardConfig, SensorConfig, StepPlanConfig
 from jaxwalk.control import walker
 from jaxwalk.control.person import Person
 from jaxwalk.model.engine import Setup
@@ -13,8 +13,9 @@ from jaxwalk.task import footstep
 
 NUMBERS = GaitConfig(
     speed_desired=1.0, length_min=0.2, length_max=1.4, duration_min=0.1, duration_max=0.4,
-    length_nominal=0.8, duration_nominal=0.175,
+    length_nominal=0.8, duration_nominal=0.175, steps="told",
 )  # fmt: skip
+PLANNED = GaitConfig(steps="planned", step_plan=StepPlanConfig(change_length=0.2, change_duration=0.1))
 SETUP = Setup.of(Config(sensors=SensorConfig(noise=0.0)))
 EVERYTHING = (
     "speed", "pitch", "zmp", "step_length", "pitch_rate", "acceleration",
@@ -59,8 +60,25 @@ def test_actions_are_shares_of_the_bounds(action, command):
     assert told.tolist() == pytest.approx([1.21 * command[0], 1.1 * command[1]])
 
 
-def test_commands_and_actions_are_each_others_inverse():
-    who = somebody(0.9, 0.7)
+@pytest.mark.parametrize(
+    ("action", "change"),
+    [
+        ((0.0, 0.0), (0.0, 0.0)),
+        ((1.0, -1.0), (0.2, -0.1)),
+        ((-0.5, 0.25), (-0.1, 0.025)),
+        ((-7.0, 7.0), (-0.2, 0.1)),  # never out of bounds
+    ],
+)
+def test_of_steps_that_are_planned_they_are_shares_of_what_may_be_changed(action, change):
+    told = footstep.to_command(somebody(numbers=PLANNED), jnp.array(action))
+    assert told.tolist() == pytest.approx(change, abs=1e-7)
+    told = footstep.to_command(somebody(1.21, 2.0, PLANNED), jnp.array(action))
+    assert told.tolist() == pytest.approx([1.21 * change[0], 1.1 * change[1]], abs=1e-7)
+
+
+@pytest.mark.parametrize("numbers", [NUMBERS, PLANNED], ids=["told", "planned"])
+def test_commands_and_actions_are_each_others_inverse(numbers):
+    who = somebody(0.9, 0.7, numbers)
     for action in jax.random.uniform(jax.random.key(0), (20, 2), minval=-1.0):
         again = footstep.to_action(who, footstep.to_command(who, action))
         np.testing.assert_allclose(again, action, atol=1e-5)  # float32
@@ -74,6 +92,12 @@ def test_the_nominal_action_is_the_nominal_step_for_every_body():
         assert footstep.to_command(somebody(ratio), action).tolist() == pytest.approx(
             [0.8 * ratio, 0.175 * ratio**0.5]
         )
+
+
+def test_before_learning_a_plan_is_left_as_it_is_by_every_body():
+    for ratio in (0.8, 1.0, 1.3):
+        who = somebody(ratio, ratio**3, PLANNED)
+        assert footstep.to_command(who, footstep.nominal_action(who)).tolist() == [0.0, 0.0]
 
 
 def test_the_policy_is_told_what_was_asked_for_in_that_order():

@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 
 from jaxwalk.config import Config, PushConfig, TaskConfig, TrainConfig
-from jaxwalk.control import walker
-from jaxwalk.control.person import model_of
-from jaxwalk.task import collect, footstep, rules, spawn, stepper
+from jaxwalk.control import posture, walker
+from jaxwalk.control.compliant import stance, step_plan
+from jaxwalk.control.person import model_of, skeleton
+from jaxwalk.learn.ddpg import networks
+from jaxwalk.learn.policies import named, policy
+from jaxwalk.task import collect, footstep, spawn, stepper
 from jaxwalk.task.stepper import Task
 
 WALKERS, WINDOWS, AGAIN = 4, 200, 3
@@ -20,11 +23,11 @@ CONFIG = Config(
     task=TaskConfig(replan=AGAIN),
 )
 TASK = Task.of(CONFIG)
-RULE = rules.strong(rules.Replan()), rules.reference(CONFIG.gait)
 
 
 def answer(observation):
-    return rules.act(RULE, observation)
+    """Something else in every window."""
+    return 0.9 * jnp.sin(9.0 * observation[3:5])
 
 
 @pytest.fixture(scope="module")
@@ -143,18 +146,76 @@ def test_windows_bring_the_transitions_of_a_plain_loop(collected, plain):
     assert counts["fell"] >= 2 and counts["truncated"] >= 2 and counts["landed"] > 20, counts
 
 
-def test_what_is_decided_anew_changes_the_step_under_way():
+@pytest.fixture(scope="module")
+def born():
+    return jax.jit(lambda key: spawn.walker(CONFIG, TASK, key))(jax.random.key(0))
+
+
+@pytest.fixture(scope="module")
+def on():
+    """Walks on for a window, of an episode without end."""
+    task = dataclasses.replace(TASK, episode_ticks=2**30)
+    return jax.jit(lambda s: collect.run_ticks(task, s, task.setup.window_ticks))
+
+
+LONG, SHORT = jnp.array([1.0, 0.0]), jnp.array([-1.0, 0.0])
+
+
+def test_what_is_decided_anew_changes_the_step_under_way(born, on):
     """A walker whose answer changes between two windows of one step swings elsewhere."""
-    task = dataclasses.replace(TASK, replan=1)
-    state = jax.jit(lambda key: spawn.walker(CONFIG, task, key))(jax.random.key(0))
-    body = CONFIG.gait
-    long, short = (footstep.to_action(RULE[1], jnp.array([far, body.duration_nominal])) for far in (0.9, 0.2))
-    run = jax.jit(lambda s: collect.run_ticks(task, s, 10))
     goals = []
-    for later in (long, short):
-        walked = state
+    for later in (LONG, SHORT):
+        walked = born
         for window in range(16):
-            walked = run(stepper.decide(walked, long if window < 6 else later))
-            assert bool(walked.asked)
+            walked = on(stepper.decide(walked, LONG if window < 6 else later))
         goals.append(float(walked.walker.gait.path.angle))
     assert goals[0] > goals[1] + 0.1
+
+
+def test_a_policy_of_zeros_walks_as_the_rule_replan_does_however_often_it_is_asked(born, on):
+    actor = networks.init_actor(CONFIG.ddpg.hidden, jax.random.key(1), len(TASK.observation), (0.0, 0.0))
+    silent = policy.of_parts(
+        CONFIG, jax.tree.map(jnp.zeros_like, actor), jnp.zeros(6), jnp.ones(6), clip=10.0,
+        seed=0, command="", footsteps=0, score=None,
+    )  # fmt: skip
+    rule = named.load("replan")
+    often = seldom = born
+    stood, landings = -1, 0
+    for _ in range(90):
+        often = on(stepper.decide(often, policy.act(silent, often.observation)))
+        if (now := int(seldom.walker.gait.stance)) != stood:  # the rule is asked at touch-downs alone
+            seldom = stepper.decide(seldom, rule.act(rule.params, seldom.observation))
+            stood, landings = now, landings + 1
+        seldom = on(seldom)
+    assert landings > 2 and not bool(often.done)
+    for name in ("plant", "estimate", "gait"):
+        ours, theirs = (jax.tree.leaves(getattr(x.walker, name)) for x in (often, seldom))
+        for a, b in zip(ours, theirs, strict=True):
+            np.testing.assert_array_equal(a, b, err_msg=name)
+
+
+def test_what_a_policy_changes_holds_until_it_is_asked_again_and_is_bounded(born, on):
+    @jax.jit
+    def plan(state):
+        numbers, bones, clock = state.person.gait, skeleton(TASK.setup, state.person), state.gait
+        where = posture.of(bones, state.estimate)
+        error = stance.capture_error(numbers, bones, clock, where)
+        return step_plan.planned(numbers, clock, where, state.estimate, error)
+
+    ratio, own = born.walker.person.ratio, CONFIG.gait.step_plan
+    low, high = (
+        np.array([getattr(born.walker.person.gait, f"{name}_{end}") for name in ("length", "duration")])
+        for end in ("min", "max")
+    )
+    stances = set()
+    for action, share in (([-7.0, -0.5], (-1.0, -0.5)), ([-0.2, 0.4], (-0.2, 0.4))):
+        change = share * np.array([own.change_length * ratio.length, own.change_duration * ratio.time])
+        born = stepper.decide(born, jnp.array(action))
+        for _ in range(32):  # it asks meanwhile, and nobody answers
+            born = on(born)
+            found = np.stack([born.walker.gait.length, born.walker.gait.duration])
+            wanted = np.clip(plan(born.walker) + change, low, high)
+            np.testing.assert_allclose(found, wanted, atol=1e-4)
+            stances.add(int(born.walker.gait.stance))
+        assert bool(born.asked)
+    assert stances == {0, 1}

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxwalk.config import GRAVITY, GaitConfig
+from jaxwalk.config import GRAVITY
 from jaxwalk.learn.policies import named
 from jaxwalk.options import checks
 from jaxwalk.task import footstep, rules
@@ -85,7 +85,8 @@ def test_a_capture_point_far_behind_the_foot_asks_for_nothing_that_is_not_finite
 def test_actions_stand_for_the_commands_within_their_bounds(name):
     subject = named.load(name)
     assert (subject.config.observation, subject.config.task.replan) == (rules.OBSERVATION, 0)
-    who = rules.reference(GaitConfig())
+    assert subject.config.gait.steps == "told"
+    who = rules.reference(subject.config.gait)
     low, high = footstep.bounds(who)
     for observation in (seen(1.2, -0.2), seen(1.5, -0.1), seen(9.0, 2.0), seen(-9.0, -2.0)):
         action = jax.jit(subject.act)(subject.params, observation)
@@ -93,44 +94,21 @@ def test_actions_stand_for_the_commands_within_their_bounds(name):
         np.testing.assert_allclose(footstep.to_command(who, action), wanted, atol=1e-5)
 
 
-REPLAN = rules.Replan(
-    length=0.8, duration=0.6, capture=0.4, length_gain=0.5, pitch_gain=0.0, duration_gain=0.5,
-    length_least=0.15, duration_least=0.3, duration_most=0.7, back_margin=0.02, back_reach=0.05,
-    back_gain=1.0, back_least=0.1, back_speed=3.0, back_time=0.2, torso=0.3, leg=0.981,
-)  # fmt: skip
-ROOT = np.sqrt(10.0)  # w0 of such a leg, 1/s
-
-
-def replanned(elapsed=0.3, ahead=None, speed=1.0, pitch=0.0, swing=0.0):
-    """The rule's answer; by default where the capture point is in steady walking."""
-    usual = 0.4 * np.exp(-ROOT * max(0.6 - elapsed, 0.0))
-    told = [speed, 1.0, pitch, elapsed, usual if ahead is None else ahead, swing]
-    return np.asarray(REPLAN.command(jnp.array(told, jnp.float32)))
-
-
-@pytest.mark.parametrize("elapsed", [0.0, 0.3, 0.59])
-def test_replan_leaves_a_steady_step_as_it_is_whenever_it_is_asked(elapsed):
-    np.testing.assert_allclose(replanned(elapsed), [0.8, 0.6], atol=1e-5)
-
-
-def test_replan_makes_a_step_longer_and_sooner_by_what_a_push_will_have_made_of_it():
-    ahead = 0.5 * np.exp(-ROOT * 0.3)  # 0.1 m too far at the landing
-    np.testing.assert_allclose(replanned(0.3, ahead), [0.85, 0.55], atol=1e-5)
-    np.testing.assert_allclose(replanned(0.3, 0.9)[1], 0.3, atol=1e-6)  # as soon as can be
-
-
-def test_replan_sends_the_foot_behind_the_one_that_the_body_falls_back_over():
-    """The capture point is 0.3162 m ahead of the hip, the stance ankle 0.1 m further."""
-    length, duration = replanned(0.3, ahead=-0.1, swing=-0.4)
-    place = 1 / ROOT - 0.05  # behind the capture point; that is 0.15 m behind the ankle
-    assert length == pytest.approx(2 * place, rel=1e-5)
-    assert duration == pytest.approx(0.3 + 0.25 / 3.0, rel=1e-4)  # it has 0.25 m to go
-    assert replanned(0.3, ahead=-0.1, swing=1.5)[1] == pytest.approx(0.5)  # and never takes longer than this
-
-
-def test_replan_sees_what_it_needs_and_is_asked_in_every_window():
+def test_replan_leaves_the_planned_step_as_it_is():
     subject = named.load("replan")
-    assert (subject.config.observation, subject.config.task.replan) == (rules.REPLANNED, 1)
+    assert (subject.config.gait.steps, subject.config.task.replan) == ("planned", 0)
+    who = rules.reference(subject.config.gait)
+    for observation in (seen(1.2, -0.2), seen(9.0, 2.0), seen(-9.0, -2.0)):
+        change = footstep.to_command(who, jax.jit(subject.act)(subject.params, observation))
+        assert change.tolist() == [0.0, 0.0]
+
+
+def test_the_fixed_step_is_the_nominal_one():
+    subject = named.load("fixed")
+    gait = subject.config.gait
+    assert gait.steps == "told"
+    step = footstep.to_command(rules.reference(gait), subject.act(subject.params, seen(1.2, -0.2)))
+    np.testing.assert_allclose(step, [gait.length_nominal, gait.duration_nominal], atol=1e-6)
 
 
 def test_every_rule_has_a_name_on_the_command_line_and_no_two_act_alike():

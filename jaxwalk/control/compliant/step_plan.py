@@ -2,8 +2,8 @@
 
 The capture point runs away from the stance foot as exp(w0 t) (Koolen et al. 2012). Where it will be when
 the step would usually end, less where it is then in steady walking, changes the step's length and makes it
-sooner. If it lies behind the stance foot the body falls backward: the swing foot is sent behind that one. A
-policy says what is to be changed of this (Johannink et al., "Residual reinforcement learning ...", 2019).
+sooner. If it lies behind the stance foot the body falls backward: the swing foot is sent behind that one.
+A policy says what is to be changed of this (Johannink et al., "Residual reinforcement learning ...", 2019).
 """
 
 from __future__ import annotations

@@ -15,11 +15,9 @@ def planned(
 ) -> tuple[np.float32, np.float32]:
     """The step from now on, with what the policy changes of it: (length m, duration s)."""
     numbers, own = who.gait, who.gait.step_plan
-    length = max(
-        numbers.length_nominal + own.length_gain * error + own.pitch_gain * estimate.pitch, own.length_least
-    )
+    length = numbers.length_nominal + own.length_gain * error + own.pitch_gain * estimate.pitch
     time = numbers.duration_nominal - own.duration_gain * error
-    time = min(max(time, own.duration_least), own.duration_most)
+    length, time = max(length, own.length_least), min(max(time, own.duration_least), own.duration_most)
     capture, stance = capture_point(who, gravity, estimate), posture.x[clock.stance]
     if capture - stance < -own.back_margin:
         place = min(own.back_gain * capture - own.back_reach, stance - own.back_least)
@@ -27,7 +25,6 @@ def planned(
         length = np.float32(2) * place
         time = clock.elapsed + min(max(way, own.back_soonest), own.back_time)
     more, longer = clock.change
-    return (
-        np.float32(min(max(length + more, numbers.length_min), numbers.length_max)),
-        np.float32(min(max(time + longer, numbers.duration_min), numbers.duration_max)),
-    )
+    length = min(max(length + more, numbers.length_min), numbers.length_max)
+    time = min(max(time + longer, numbers.duration_min), numbers.duration_max)
+    return np.float32(length), np.float32(time)

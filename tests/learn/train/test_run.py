@@ -165,7 +165,7 @@ def test_same_seed_same_training_in_one_program(monkeypatch):
 
 
 def test_footsteps_are_landings_and_replay_takes_in_every_decision():
-    """Steps are decided anew every window, and yet a footstep is a footstep, and learnt from as one."""
+    """Steps are decided anew every few windows, and yet a footstep is a footstep, and learnt from as one."""
     mesh, reports = devices.mesh(), 4
     advance, state = device_loop.make(CONFIG, mesh), device_loop.init(CONFIG, mesh, 1)
     made = seconds = falls = 0.0
@@ -175,7 +175,9 @@ def test_footsteps_are_landings_and_replay_takes_in_every_decision():
         seconds += float(state.counts.seconds)
         falls += float(state.counts.falls)
     windows = reports * CONFIG.train.windows_per_report * CONFIG.train.walkers
-    assert CONFIG.task.replan == 1 and int(jnp.sum(state.replay.size)) == windows
+    # One decision every so many windows, or sooner at a landing; those under way are yet to come.
+    often, decided = windows / CONFIG.task.replan, int(jnp.sum(state.replay.size))
+    assert CONFIG.task.replan > 1 and often - CONFIG.train.walkers <= decided <= often + made < 2 * decided
     assert float(state.footsteps) == made > CONFIG.ddpg.warmup
     # All that was walked but for the steps under way is of footsteps, each as long as one is.
     lived = windows * CONFIG.train.window_ticks * CONFIG.physics.timestep
