@@ -92,7 +92,7 @@ _NOT_NEGATIVE = """
     physics.tolerance physics.ankle_damping physics.abduction_gain physics.abduction_integral
     sensors.noise pushes.rate reward.speed_tolerance
     pushes.impulse_forward pushes.impulse_backward pushes.height_spread ddpg.warmup
-    ddpg.critic_head_start
+    ddpg.critic_head_start ddpg.action_weight
     ddpg.updates_per_footstep ddpg.noise_start ddpg.noise_end ddpg.weight_decay ddpg.max_grad_norm
     ddpg.target_noise ddpg.target_noise_clip train.checkpoint_seconds train.divergence_limit task.replan
 """.split()

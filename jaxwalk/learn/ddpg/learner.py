@@ -31,7 +31,7 @@ class Metrics:
 
     Attributes:
       critic_loss: mean squared error of the value, summed over critics; reward squared.
-      actor_loss: minus the mean value of the actor's own actions. TD3 holds this and the next
+      actor_loss: minus the mean value of the actor's own actions, and the price of these. TD3 holds this and the next
         over while the actor waits.
       grad_norm_actor: before clipping.
       grad_norm_critic: before clipping.
@@ -213,7 +213,8 @@ def _improve_actor(
 
     def loss(actor: Params) -> tuple[Array, None]:
         action = _act(config, actor, batch.observation)
-        return -jnp.mean(_values(config, first, batch.observation, action)), None
+        value = jnp.mean(_values(config, first, batch.observation, action))
+        return config.action_weight * jnp.mean(jnp.square(action)) - value, None
 
     actor, optimizer_state, (value, _), norm = _descend(
         _optimizer(config, config.actor_lr), loss, state.actor, state.actor_optimizer, axis_name
