@@ -26,7 +26,8 @@ _BEFORE: dict[int, dict[str, Any]] = {
         "pushes": {"impulse_forward": 85.0, "impulse_backward": 90.0, "impulse_least": 0.45, "focus": 0.0},
         "reward": {"zmp_weight": 0.1},
         "ddpg": {
-            "hidden": [64, 64], "actor_lr": 2e-4, "tau": 0.005, "batch_size": 256, "return_steps": 1, "action_weight": 0.0,
+            "hidden": [64, 64], "actor_lr": 2e-4, "tau": 0.005, "batch_size": 256, "return_steps": 1,
+            "action_weight": 0.0,
             "critic_head_start": 1_000, "updates_per_footstep": 0.5, "noise_start": 0.12, "noise_end": 0.04,
         },
         "train": {"footsteps": 80_000},

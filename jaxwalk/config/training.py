@@ -72,8 +72,8 @@ class DDPGConfig:
     tau: float = 0.02
     """Share of the online parameters that enters the targets at each update."""
     action_weight: float = 0.05
-    """Price of the mean square of the actor's answers, in units of reward: where the critic tells no difference
-    they stay near 0, the plan as it is."""
+    """Price of the mean square of the actor's answers, in units of reward: where the critic tells no
+    difference they stay near 0, the plan as it is."""
     average_rate: float = 5e-4
     """Share of the actor that enters the policy that is evaluated and kept, at each update (1: all)."""
     batch_size: int = 2_048

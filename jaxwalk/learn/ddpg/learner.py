@@ -31,8 +31,8 @@ class Metrics:
 
     Attributes:
       critic_loss: mean squared error of the value, summed over critics; reward squared.
-      actor_loss: minus the mean value of the actor's own actions, and the price of these. TD3 holds this and the next
-        over while the actor waits.
+      actor_loss: minus the mean value of the actor's own actions, and the price of these. TD3 holds this and
+        the next over while the actor waits.
       grad_norm_actor: before clipping.
       grad_norm_critic: before clipping.
       q_mean: mean value of the sampled actions.
