@@ -49,6 +49,7 @@ LEGS: dict[str, tuple[float, float]] = {
     "swing_knee": (0.3, 1.4), "swing_knee_stiffness": (1, 80), "swing_knee_damping": (0.5, 18),
     "landing_knee": (0.0, 0.45), "landing_knee_stiffness": (20, 400), "landing_knee_damping": (1, 30),
     "landing_seconds": (0.03, 0.35), "swing_sole": (-0.4, 0.4), "swing_ankle_most": (0.0, 0.6),
+    "passing_seconds": (0.0, 0.12), "back_ahead": (0.02, 0.3), "back_force": (40, 300),
 }  # fmt: skip
 RULE: dict[str, tuple[float, float]] = {
     "length": (0.5, 0.95), "duration": (0.45, 0.85), "capture": (0.1, 0.8), "length_gain": (-1, 2),
@@ -68,7 +69,8 @@ ROUGH = {
     "toe_off_seconds": 0.062, "swing_stiffness": 220.0, "swing_damping": 120.0, "swing_pitch_gain": 1.3,
     "swing_rate_max": 9.0, "swing_knee": 0.69, "swing_knee_stiffness": 3.3, "swing_knee_damping": 11.0,
     "landing_knee": 0.29, "landing_knee_stiffness": 190.0, "landing_knee_damping": 13.0,
-    "landing_seconds": 0.073, "swing_sole": -0.15, "swing_ankle_most": 0.3, "length": 0.89,
+    "landing_seconds": 0.073, "swing_sole": -0.15, "swing_ankle_most": 0.3, "passing_seconds": 0.05,
+    "back_ahead": 0.05, "back_force": 120.0, "length": 0.89,
     "duration": 0.68, "capture": 0.41, "length_gain": -0.0064, "pitch_gain": 1.9, "duration_gain": 0.45,
     "duration_least": 0.31, "back_margin": 0.013, "back_reach": 0.038, "back_gain": 1.3,
     "back_least": 0.12, "back_speed": 3.0, "back_time": 0.23,

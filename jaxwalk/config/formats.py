@@ -21,7 +21,7 @@ _BEFORE: dict[int, dict[str, Any]] = {
         "observation": ["speed", "pitch", "zmp", "step_length", "pitch_rate"],
     },
     2: {
-        "gait": {"steps": "told"},
+        "gait": {"steps": "told", "compliant": {"knee_stop": 0.0}},
         "task": {"replan": 1},
         "pushes": {"impulse_forward": 85.0, "impulse_backward": 90.0, "impulse_least": 0.45, "focus": 0.0},
         "reward": {"zmp_weight": 0.1},
@@ -72,5 +72,5 @@ def _filled(told: dict[str, Any], defaults: dict[str, Any]) -> dict[str, Any]:
         if not isinstance(values, dict):
             full.setdefault(name, values)
         elif isinstance(given, Mapping):
-            full[name] = {**values, **given}
+            full[name] = _filled(dict(given), values)
     return full

@@ -11,8 +11,8 @@ class TaskConfig:
     """What is decided, and when."""
 
     replan: int = 5
-    """Decision windows after which the step under way is decided anew, until its foot lands; 0: never, as in
-    the paper."""
+    """Decision windows after which the policy is asked again, until the foot lands; 0: at touch-down alone, as
+    in the paper."""
 
 
 @dataclass(frozen=True)

@@ -67,6 +67,7 @@ _COMPLIANT = {
     "swing_rate_max": "rate",
     "swing_knee_stiffness": "torque",
     "swing_knee_damping": "rotational_damping",
+    "knee_stop": "torque",
     "landing_knee_stiffness": "torque",
     "landing_knee_damping": "rotational_damping",
     "landing_seconds": "time",

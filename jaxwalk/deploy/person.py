@@ -12,6 +12,8 @@ from jaxwalk.common.errors import UserError
 from jaxwalk.config import CompliantConfig, GaitConfig, StepPlanConfig
 from jaxwalk.config.gait import RIGID, SHARED
 
+_LATER = {"compliant_knee_stop": {"value": 0.0, "length": 0.0, "mass": 0.0}}
+"""Numbers that files of before do not tell, with what they meant."""
 PARTS: dict[str, tuple[str, Any]] = {
     "compliant": ("compliant_", CompliantConfig),
     "step_plan": ("plan_", StepPlanConfig),
@@ -98,7 +100,8 @@ def build(manifest: dict[str, Any], height: float | None = None, mass: float | N
         fields = [f.name for f in dataclasses.fields(kind)]
         needed = told["form"] == "compliant" and (part != "step_plan" or told["steps"] == "planned")
         keys = {name: f"{prefix}{name}" for name in fields if needed or f"{prefix}{name}" in numbers}
-        parts[part] = kind(**{name: scaled(numbers[key]) for name, key in keys.items()})
+        told_of = _LATER | numbers
+        parts[part] = kind(**{name: scaled(told_of[key]) for name, key in keys.items()})
     names = [f.name for f in dataclasses.fields(GaitConfig) if f.name not in (*told, *PARTS)]
     needed = SHARED if told["form"] == "compliant" else RIGID
     gait: dict[str, Any] = {n: scaled(numbers[n]) for n in names if n in numbers or n in needed}

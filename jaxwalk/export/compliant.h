@@ -61,6 +61,7 @@ static inline void jaxwalk_swing(const struct jaxwalk *w, float *torque) {
     else
         torque[1] = w->n.compliant_swing_knee_stiffness * (bent - angle[1]) -
                     w->n.compliant_swing_knee_damping * rate[1];
+    torque[1] += w->n.compliant_knee_stop * fmaxf(-angle[1], 0.0f);
     torque[2] = limp ? -jaxwalk_push_off(w)
                      : w->n.compliant_swing_ankle_stiffness *
                                (fminf(w->n.compliant_swing_sole - w->shank[swing],

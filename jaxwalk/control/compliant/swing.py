@@ -69,12 +69,13 @@ def torques(config: GaitConfig, clock: StepClock, where: Posture, estimate: Esti
     bent = own.swing_knee * jnp.where(limp, own.toe_off_knee_share, 1.0)
     passing = own.swing_knee_stiffness * (bent - knee) - own.swing_knee_damping * knee_rate
     straight = own.landing_knee_stiffness * (own.landing_knee - knee) - own.landing_knee_damping * knee_rate
+    stop = own.knee_stop * jnp.maximum(-knee, 0.0)
     level = jnp.minimum(own.swing_sole - where.shank[swing], own.swing_ankle_most)
     held = own.swing_ankle_stiffness * (level - ankle) - own.swing_ankle_damping * ankle_rate
     return jnp.stack(
         [
             jnp.where(limp, 0.0, along),
-            jnp.where(landing & ~limp, straight, passing),
+            jnp.where(landing & ~limp, straight, passing) + stop,
             jnp.where(limp, -stance.push_off(config, estimate), held),
         ]
     )

@@ -52,17 +52,19 @@ def torques(
     own, swing = who.gait.compliant, clock.swing
     hip, knee, ankle = estimate.joints[swing]
     hip_rate, knee_rate, ankle_rate = estimate.joint_rates[swing]
+    stop = own.knee_stop * max(-knee, np.float32(0))
     if toe_off(who, posture, clock, estimate):
         bent = own.swing_knee * own.toe_off_knee_share
         pulled = own.swing_knee_stiffness * (bent - knee) - own.swing_knee_damping * knee_rate
-        return np.float32(0), pulled, -stance.push_off(who, estimate)
+        return np.float32(0), pulled + stop, -stance.push_off(who, estimate)
     along = own.swing_stiffness * (clock.path - hip) + own.swing_damping * (clock.path_rate - hip_rate)
     if clock.duration - clock.elapsed < own.landing_seconds:
         knees = own.landing_knee_stiffness * (own.landing_knee - knee) - own.landing_knee_damping * knee_rate
     else:
         knees = own.swing_knee_stiffness * (own.swing_knee - knee) - own.swing_knee_damping * knee_rate
     level = min(own.swing_sole - posture.shank[swing], own.swing_ankle_most)
-    return along, knees, own.swing_ankle_stiffness * (level - ankle) - own.swing_ankle_damping * ankle_rate
+    held = own.swing_ankle_stiffness * (level - ankle) - own.swing_ankle_damping * ankle_rate
+    return along, knees + stop, held
 
 
 def touched_down(who: Person, posture: Posture, clock: Clock, estimate: Estimate) -> bool:
