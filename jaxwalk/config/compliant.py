@@ -73,7 +73,7 @@ class CompliantConfig:
     swing_knee_damping: float = 1.196
     """Its damping, N m s/rad."""
     knee_stop: float = 300.0
-    """Stiffness with which ligaments keep the knee in the air from bending forward, beyond straight, N m/rad."""
+    """Stiffness with which ligaments keep the knee in the air from bending forward, N m/rad."""
     toe_off_knee_share: float = 0.3
     """Share of `swing_knee` that the trailing knee is pulled to while it pushes."""
     landing_knee: float = 0.2127

@@ -30,7 +30,6 @@ _BEFORE: dict[int, dict[str, Any]] = {
             "action_weight": 0.0,
             "critic_head_start": 1_000, "updates_per_footstep": 0.5, "noise_start": 0.12, "noise_end": 0.04,
         },
-        "train": {"footsteps": 80_000},
         "observation": ["speed", "speed_desired", "pitch", "elapsed", "capture_ahead", "swing_ahead"],
     },
 }  # fmt: skip

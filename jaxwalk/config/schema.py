@@ -33,7 +33,8 @@ class Config:
     es: ESConfig = field(default_factory=ESConfig)
     train: TrainConfig = field(default_factory=TrainConfig)
     observation: tuple[Observable, ...] = (
-        "speed", "speed_desired", "pitch", "elapsed", "capture_ahead", "swing_ahead",
+        "speed", "speed_desired", "pitch", "pitch_rate", "acceleration", "elapsed", "capture_ahead",
+        "swing_ahead",
     )  # fmt: skip
     """What the policy is told when it is asked."""
     kernels: Kernels = "auto"

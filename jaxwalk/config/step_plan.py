@@ -10,9 +10,9 @@ from dataclasses import dataclass
 class StepPlanConfig:
     """How a step changes with the capture point, and how much of it the policy may change."""
 
-    change_length: float = 0.25
+    change_length: float = 0.4
     """Length that a policy may add or take away at most, m."""
-    change_duration: float = 0.15
+    change_duration: float = 0.25
     """Time that a policy may add or take away at most, s."""
 
     length_gain: float = -0.07912

@@ -11,8 +11,8 @@ class TaskConfig:
     """What is decided, and when."""
 
     replan: int = 5
-    """Decision windows after which the policy is asked again, until the foot lands; 0: at touch-down alone, as
-    in the paper."""
+    """Decision windows after which the policy is asked again, until the foot lands; 0: at touch-down alone,
+    as in the paper."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class RewardConfig:
 class DDPGConfig:
     """The learner. The preset ``paper`` holds Liu et al.'s values."""
 
-    hidden: tuple[int, ...] = (64, 64)
+    hidden: tuple[int, ...] = (128, 128)
     """Widths of the hidden layers of actor and critic (the paper's: 400 and 300)."""
     actor_lr: float = 4e-4
     """Learning rate of the actor."""
@@ -136,7 +136,7 @@ class TrainConfig:
 
     walkers: int = 256
     """Walkers that learn side by side."""
-    footsteps: int = 60_000
+    footsteps: int = 80_000
     """Footsteps gathered before training ends."""
     window_ticks: int = 10
     """Ticks between two looks at whether a walker needs a decision."""

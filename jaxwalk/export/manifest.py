@@ -64,7 +64,7 @@ _COMPLIANT_UNITS = {
     "N m": "push_off_torque",
     "N m/m": "ankle_capture_gain",
     "N m/rad": "knee_stiffness ankle_stiffness swing_stiffness swing_knee_stiffness knee_stop "
-    "landing_knee_stiffness     "swing_ankle_stiffness",
+    "landing_knee_stiffness swing_ankle_stiffness",
     "N m s/rad": "hip_damping knee_damping ankle_damping swing_damping swing_knee_damping "
     "landing_knee_damping swing_ankle_damping",
     "N m s/m": "push_off_gain",
