@@ -42,7 +42,9 @@ def test_in_the_second_format_policies_commanded_each_step_and_were_asked_in_eve
         "speed", "speed_desired", "pitch", "elapsed", "capture_ahead", "swing_ahead",
     )  # fmt: skip
     assert before.gait.form == "compliant"
-    assert before.gait == dataclasses.replace(now.gait, steps="told")
+    limp = dataclasses.replace(now.gait.compliant, knee_stop=0.0)
+    assert before.gait == dataclasses.replace(now.gait, steps="told", compliant=limp)
+    assert (before.ddpg.return_steps, before.reward.zmp_weight, before.pushes.focus) == (1, 0.1, 0.0)
 
 
 def test_what_a_file_of_the_second_format_says_is_kept():

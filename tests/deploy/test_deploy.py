@@ -96,7 +96,7 @@ def _trained(config):
         config.ddpg.hidden, jax.random.key(1), size, np.asarray(rules.nominal(config)).tolist()
     )
     if config.gait.steps == "planned":
-        kernel = jax.random.normal(jax.random.key(2), actor["output"]["kernel"].shape)
+        kernel = 0.3 * jax.random.normal(jax.random.key(2), actor["output"]["kernel"].shape)
         actor = {**actor, "output": {**actor["output"], "kernel": kernel}}
     return policy.of_parts(
         config, actor, jnp.zeros(size), jnp.ones(size), clip=10.0,

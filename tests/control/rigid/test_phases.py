@@ -128,7 +128,7 @@ LEGS = {
     "rate": (0.5, "hip_rate_max swing_rate_max"),
     "speed": (2, "hip_speed_min"),
     "torque": (40, "knee_stiffness ankle_stiffness push_off_torque swing_stiffness swing_knee_stiffness "
-                   "landing_knee_stiffness swing_ankle_stiffness"),
+                   "landing_knee_stiffness swing_ankle_stiffness knee_stop"),
     "time": (2, "knee_seconds toe_off_seconds landing_seconds landing_time passing_seconds"),
     "length": (4, "landing_capture back_ahead"),
     "force": (10, "back_force"),
@@ -136,10 +136,16 @@ LEGS = {
     "torque for each m": (10, "ankle_capture_gain"),
     "angle for each m": (0.25, "pitch_capture_gain"),
 }  # fmt: skip
+PLAN = {
+    "length": (4, "change_length length_least back_margin back_reach back_least pitch_gain"),
+    "time": (2, "change_duration duration_least duration_most back_time back_soonest"),
+    "speed": (2, "back_speed"),
+    "time for each m": (0.5, "duration_gain"),
+}
 
 
-def _scaled_alike(before, after):
-    factors = {name: factor for factor, names in LEGS.values() for name in names.split()}
+def _scaled_alike(before, after, kinds):
+    factors = {name: factor for factor, names in kinds.values() for name in names.split()}
     for field in dataclasses.fields(before):
         old, new = getattr(before, field.name), getattr(after, field.name)
         np.testing.assert_allclose(new, old * factors.get(field.name, 1), err_msg=field.name)
@@ -167,7 +173,9 @@ def test_numbers_scale_by_dynamic_similarity():
         if field.name in SWITCHES:
             assert after == before
         elif field.name == "compliant":
-            _scaled_alike(before, after)
+            _scaled_alike(before, after, LEGS)
+        elif field.name == "step_plan":
+            _scaled_alike(before, after, PLAN)
         else:
             # What is not listed is an angle, a share, or the speed that the user asked for.
             np.testing.assert_allclose(after, before * factors.get(field.name, 1), err_msg=field.name)
