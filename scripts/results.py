@@ -20,7 +20,7 @@ RESULTS = ROOT / "docs" / "results"
 SEEDS = (0, 1, 2)
 PROGRAMS = {"jaxwalk": [sys.executable, "-m", "jaxwalk"], "python": [sys.executable]}
 WORDS = {
-    "pushes": "--impulses -100,-80,-60,-50,-40,30,40,50,60,70,80",
+    "pushes": "--impulses -100,-80,-70,-60,-50,-40,40,60,80,95,110,125",
     "walls": "--walkers 64 --seconds 20 --impulses -40,30",
     "six": "--impulses -60,-45,-30,30,45,60",
     "legs": "torso+0.2,swing-thigh,swing-shank,stance-thigh,stance-shank",
@@ -39,6 +39,7 @@ walls/trained-there.json | jaxwalk evaluate docs/paper/policies/walls-0.safetens
 agreement | jaxwalk agreement shipped --out {at} | {s}
 sensitivity | jaxwalk sensitivity shipped --out {at} | {s} {one}
 generalise | jaxwalk generalise shipped --walkers 32 --out {at} | {s} --only stature
+policy.png | python scripts/draw_policy.py shipped --out {at} | --walkers 16 --seconds 5
 gait | jaxwalk gait shipped --out {at} | --walkers 4 --seconds 8
 bench-cpu.json | jaxwalk bench --seconds 2 --json {at} | --walkers 16 --seconds 0.2
 deploy/latency.json | jaxwalk bench --deploy shipped --json {at} | --seconds 0.2
@@ -48,10 +49,11 @@ ddpg-{seed} | env JAX_NUM_CPU_DEVICES=1 jaxwalk train --seed {seed} --run-dir {a
 quick-{seed} | jaxwalk train --preset quick --seed {seed} --run-dir {at} | --preset smoke
 td3-{seed} | jaxwalk train --preset quick --ddpg.twin --seed {seed} --run-dir {at} | --preset smoke
 sac-{seed} | jaxwalk train-baseline sac --footsteps 20000 --seed {seed} --run-dir {at} | {tiny}
+es-{seed} | jaxwalk train --learner es --seed {seed} --run-dir {at} | --preset smoke --es.generations 2
 ppo-{seed} | jaxwalk train-baseline ppo --footsteps 20000 --seed {seed} --run-dir {at} | --footsteps 1280
 learning | python scripts/results.py --collect {runs} {at} |
 rules | jaxwalk compare fixed constant raibert capture-point replan shipped --walkers 256 --seconds 60 \
---impulses -80,-70,-60,-40,40,60,80,95 --out {at} | {s}
+--impulses -80,-70,-60,-50,-40,40,60,80,95,110,125 --out {at} | {s}
 compare | jaxwalk compare fixed constant raibert capture-point replan shipped {seeds} --walkers 64 \
 --seconds 20 --impulses -100,-80,-60,-40,40,60,70,80 --out {at} | {s}
 report.html | jaxwalk report shipped --results {results} --out {at} --parts \
@@ -91,7 +93,8 @@ def main(argv: list[str]) -> int:
     log = (base if quick else RESULTS) / "measured.json"
     measured = json.loads(log.read_text()) if log.is_file() else {}
     seeds = " ".join(
-        f"{x}=" + ",".join(f"{base}/{x}-{seed}" for seed in SEEDS) for x in "ddpg quick td3 sac ppo".split()
+        f"{x}=" + ",".join(f"{base}/{x}-{seed}" for seed in SEEDS)
+        for x in "ddpg quick td3 es sac ppo".split()
     )
     for name, command, small, training in jobs():
         at = base / name

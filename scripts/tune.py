@@ -57,6 +57,8 @@ RULE: dict[str, tuple[float, float]] = {
     "back_margin": (-0.1, 0.15), "back_reach": (-0.1, 0.4), "back_gain": (0, 3),
     "back_least": (0.06, 0.35), "back_speed": (1, 6), "back_time": (0.08, 0.4),
 }  # fmt: skip
+BEFORE = {"passing_seconds": 0.05, "back_ahead": 0.05, "back_force": 120.0}
+"""What was not searched at first, with the numbers that walks had then."""
 STEADY = ("length", "duration", "capture")
 """Of these, what stands elsewhere: the nominal step, and the capture point as it ends (`unpack`)."""
 RANGES = LEGS | RULE
@@ -112,7 +114,7 @@ GOALS = {
 """Measures of unpushed walking, in the units of `measures`."""
 PUSHES = {
     45.0: 6.0, 75.0: 14.0, 90.0: 12.0, 103.0: 10.0,
-    -25.0: 6.0, -45.0: 10.0, -57.0: 12.0, -66.0: 14.0, -74.0: 14.0, -83.0: 10.0,
+    -25.0: 6.0, -45.0: 14.0, -57.0: 22.0, -66.0: 26.0, -74.0: 14.0, -83.0: 6.0,
 }  # fmt: skip
 """Impulses, N s, and what it costs that nobody survives one. From turn to turn they are smaller by up to
 `WEAKER`, or the search would learn these very ones."""
@@ -128,7 +130,7 @@ class Plan:
 
     impulses: tuple[float, ...] = tuple(PUSHES)
     calm: int = 12
-    phases: int = 8
+    phases: int = 12
     offsets: int = 4
     weaker: float = WEAKER
     seconds: float = 9.0

@@ -53,6 +53,7 @@ def threshold(rates: dict[float, float], sign: int) -> float:
 
 def tried(bench: tune.Trials, numbers: dict[str, Any], replicas: int) -> dict[str, Any]:
     """One walk's measures, worst phases and thresholds."""
+    numbers["legs"] = tune.BEFORE | numbers["legs"]
     told = {**numbers["legs"], **numbers["rule"]}
     if missing := sorted(set(tune.RANGES) - set(told)):
         sys.exit(
