@@ -30,9 +30,9 @@ class GaitConfig:
     """The numbers of the latter."""
     speed_desired: float = 1.0
     """Forward speed that is aimed at, v_desire, m/s (not scaled with the body)."""
-    length_nominal: float = 0.7343
+    length_nominal: float = 0.7046
     """Commanded step length before learning, m."""
-    duration_nominal: float = 0.5145
+    duration_nominal: float = 0.478
     """Commanded duration before learning, s: of the whole step (compliant), or of early swing (rigid)."""
     length_min: float = -0.7
     """Shortest step that can be commanded, m; a negative one is a step back (compliant)."""
