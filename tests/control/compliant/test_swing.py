@@ -121,6 +121,16 @@ AHEAD = dict(swinging=(0.3, 0.0, 0.0), standing=(-0.3, 0.0, 0.0), touch=30.0)
 BEHIND = dict(swinging=(-0.3, 0.0, 0.0), standing=(0.2, 0.0, 0.0), touch=130.0)
 
 
+def test_the_knee_is_kept_from_bending_forward():
+    free, stopped = (
+        dataclasses.replace(NUMBERS, compliant=dataclasses.replace(LEGS, knee_stop=x)) for x in (0.0, 250.0)
+    )
+    for elapsed, knee in ((0.3, -0.2), (0.58, -0.2), (0.3, 0.2)):
+        seen, now = estimate((0.1, knee, 0.0)), clock(elapsed)
+        without, with_stop = (swing.torques(n, now, posture.of(BODY, seen), seen) for n in (free, stopped))
+        np.testing.assert_allclose(with_stop - without, [0, 50.0 if knee < 0 else 0, 0], atol=1e-4)
+
+
 @pytest.mark.parametrize(
     "landed, now, seen",
     [
