@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -56,6 +57,10 @@ def resume(path: Path) -> Path:
     """
     origin = run_folder.load_origin(path)
     config = run_folder.load_config(path)
+    if re.search(r"--learner[ =]es\b", origin.command):
+        raise UserError(
+            f"the run in {path} is an evolution strategy's, which nobody goes on with: begin it anew"
+        )
 
     def begin() -> RunFolder:
         _check_split(config)
