@@ -71,7 +71,7 @@ class DDPGConfig:
     """Decisions whose rewards a critic's target holds before it believes its own word (1: the paper's)."""
     tau: float = 0.02
     """Share of the online parameters that enters the targets at each update."""
-    action_weight: float = 0.05
+    action_weight: float = 0.4
     """Price of the mean square of the actor's answers, in units of reward: where the critic tells no
     difference they stay near 0, the plan as it is."""
     average_rate: float = 5e-4
