@@ -148,7 +148,9 @@ def test_stablehlo_is_for_cpu_and_cuda_and_any_batch(exported):
     assert set(program.platforms) == {"cpu", "cuda"}
     assert not isinstance(program.in_avals[0].shape[0], int)
     for batch in (1, 7):
-        actions, _ = stablehlo.run(exported[2]["stablehlo"], np.zeros((batch, 6), np.float32))
+        actions, _ = stablehlo.run(
+            exported[2]["stablehlo"], np.zeros((batch, len(exported[0].observation_mean)), np.float32)
+        )
         assert actions.shape == (batch, 2)
 
 

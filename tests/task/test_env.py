@@ -203,7 +203,8 @@ def test_pushes_come_and_are_renewed(start):
     push = body.push.replace(start=jnp.int32(100), ticks=jnp.int32(50))
     assert renewed(0).push.start < 100, "an episode begins with a push of its own"
     assert renewed(149).push.start == 100, "a push under way stays"
-    assert 150 <= renewed(150).push.start < 160, "one that is over makes room for the next"
+    # At a phase of the step under way: no later than a step's time.
+    assert 150 <= renewed(150).push.start < 450, "one that is over makes room for the next"
 
 
 def test_brax_wrappers(wrapped_start, wrapped_step, actions):

@@ -68,7 +68,7 @@ def plain(collected):
     states, found = collected[0][0].walker, []
     born = np.ones(WALKERS, bool)
     length, windows, landed = np.zeros(WALKERS, np.float32), np.zeros(WALKERS, int), np.zeros(WALKERS, bool)
-    speeds, seen = [[] for _ in born], np.zeros((WALKERS, len(TASK.observation)), np.float32)
+    pace, seen = np.zeros(WALKERS, np.float32), np.zeros((WALKERS, len(TASK.observation)), np.float32)
     actions = np.zeros((WALKERS, 2), np.float32)
     asks = np.zeros(WALKERS, bool)
     for before, _ in collected:
@@ -79,12 +79,13 @@ def plain(collected):
         states = before.walker
         nominal = CONFIG.gait.duration_nominal * np.sqrt(np.asarray(states.person.ratio.length))
         length = np.where(born, landed_length(states), length)
+        pace = np.where(born, states.estimate.speed, pace)
         asks |= born
         now = np.asarray(observe(states, jnp.asarray(length)))
         states, told = answered(states, jnp.asarray(asks), jnp.asarray(now))
         seen, actions = np.where(asks[:, None], now, seen), np.where(asks[:, None], told, actions)
         for one in np.flatnonzero(asks):
-            speeds[one], windows[one], landed[one] = [], 0, False
+            windows[one], landed[one] = 0, False
         states = states.replace(push=before.walker.push)
         fallen, ended = np.zeros(WALKERS, bool), {}
         for _ in range(setup.window_ticks):
@@ -92,12 +93,11 @@ def plain(collected):
             touchdown, fell, speed, far = jax.device_get(
                 (event.touchdown, event.fell, states.estimate.speed, event.step_length)
             )
-            for one in np.flatnonzero(~fallen):
-                speeds[one].append(speed[one])
+            pace = np.where(fallen, pace, pace + setup.timestep / nominal * (speed - pace))
             length = np.where(touchdown & ~fallen, far, length)
             landed |= touchdown & ~fallen
             if (new := fell & ~fallen).any():
-                after, rewards = _told(observe, reward, states, speeds, length, event.fell)
+                after, rewards = _told(observe, reward, states, pace, length, event.fell)
                 for one in np.flatnonzero(new):
                     ended[one] = (seen[one], actions[one], rewards[one], 0.0, after[one]), True, False, True
             fallen |= fell
@@ -105,7 +105,7 @@ def plain(collected):
         asks = (landed | (windows >= AGAIN)) & ~fallen
         over = asks & (np.asarray(states.tick) >= TASK.episode_ticks)
         if asks.any():
-            after, rewards = _told(observe, reward, states, speeds, length, jnp.zeros(WALKERS, bool))
+            after, rewards = _told(observe, reward, states, pace, length, jnp.zeros(WALKERS, bool))
             share = windows * setup.window_ticks * setup.timestep / nominal
             for one in np.flatnonzero(asks):
                 discount = CONFIG.ddpg.gamma ** share[one]
@@ -116,10 +116,9 @@ def plain(collected):
     return found
 
 
-def _told(observe, reward, states, speeds, length, fell):
-    means = jnp.array([np.mean(s) if s else 0.0 for s in speeds], jnp.float32)
+def _told(observe, reward, states, pace, length, fell):
     after = np.asarray(observe(states, jnp.asarray(length)))
-    return after, np.asarray(reward(states, means, jnp.asarray(length), fell))
+    return after, np.asarray(reward(states, jnp.asarray(pace, jnp.float32), jnp.asarray(length), fell))
 
 
 def test_windows_bring_the_transitions_of_a_plain_loop(collected, plain):
@@ -174,8 +173,9 @@ def test_what_is_decided_anew_changes_the_step_under_way(born, on):
 
 def test_a_policy_of_zeros_walks_as_the_rule_replan_does_however_often_it_is_asked(born, on):
     actor = networks.init_actor(CONFIG.ddpg.hidden, jax.random.key(1), len(TASK.observation), (0.0, 0.0))
+    zero = jnp.zeros(len(TASK.observation))
     silent = policy.of_parts(
-        CONFIG, jax.tree.map(jnp.zeros_like, actor), jnp.zeros(6), jnp.ones(6), clip=10.0,
+        CONFIG, jax.tree.map(jnp.zeros_like, actor), zero, zero + 1, clip=10.0,
         seed=0, command="", footsteps=0, score=None,
     )  # fmt: skip
     rule = named.load("replan")

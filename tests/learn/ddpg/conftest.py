@@ -28,7 +28,7 @@ def config(request):
 def small(**changes):
     base: dict[str, Any] = dict(
         hidden=(48,), actor_lr=3e-3, critic_lr=3e-3, tau=0.05, batch_size=64, weight_decay=0.0,
-        critic_head_start=0,
+        critic_head_start=0, action_weight=0.0,
         target_noise=0.05,
     )  # fmt: skip
     return DDPGConfig(**(base | changes))
