@@ -79,7 +79,7 @@ _GPU = Config(
     train=TrainConfig(walkers=4_096, footsteps=600_000),
 )
 
-# A third of the footsteps.
+# A quarter of the footsteps.
 _QUICK = Config(train=TrainConfig(footsteps=20_000, evaluations=5))
 
 # Seconds of work once compiled: does everything that training does, learns nothing.
