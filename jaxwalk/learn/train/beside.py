@@ -33,7 +33,7 @@ def lines(folder: Path) -> list[str]:
     """What the end of a run says: how its policy fares, and what one would type next."""
     messages, summary = [], run_folder.read_summary(folder)
     settled = summary.get("finals")
-    if summary.get("interrupted"):
+    if summary.get("interrupted") and "algorithm" not in summary:  # other learners' runs end for good
         messages.append(f"it goes on by {shlex.join(['jaxwalk', 'train', '--resume', str(folder)])}")
     if settled:
         own = settled[0]

@@ -42,7 +42,7 @@ def _train(args: TrainArgs, typed: str) -> None:
         chosen = "" if named else f", for {jax.default_backend()}"
         print(f"preset {args.preset}{chosen}", flush=True)
     if args.learner == "es":
-        from jaxwalk.learn.train.es import run as search  # which needs a package that is an extra
+        from jaxwalk.learn.train.es import run as search
 
         folder = search.run(args.config, args.run_dir, args.seed, typed)
     elif args.resume is not None:

@@ -237,7 +237,7 @@ def returns(config: Config, mesh: Mesh) -> Callable[[TrainState], Float[Array, "
 
     def on_device(state: TrainState) -> Float[Array, "2"]:
         memory, known = state.replay, state.learner
-        steps = min(RETURN_STEPS, memory.capacity // 2)
+        steps = max(1, min(RETURN_STEPS, memory.capacity // 2))
         walkers = memory.size.shape[0]
         spread = (memory.capacity - steps) * jnp.arange(1, RETURNS + 1) // RETURNS
         age = steps + jnp.minimum(spread, RETURN_SPACING * jnp.arange(1, RETURNS + 1))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import shutil
 import sys
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from jaxwalk.common.parallel import devices
 from jaxwalk.config import ESConfig
 from jaxwalk.learn.policies import named, policy
 from jaxwalk.learn.runs import run_folder
+from jaxwalk.learn.train import beside
 from jaxwalk.learn.train.es import population, run
 
 CONFIG = dataclasses.replace(
@@ -99,3 +101,10 @@ def test_what_cannot_be_meant_is_said_in_a_line(options, says, capsys):
 def test_it_is_not_resumed(finished, capsys):
     assert cli.main(["train", "--resume", str(finished)]) == 2
     assert "evolution strategy's, which nobody goes on with" in capsys.readouterr().err
+
+
+def test_one_that_was_stopped_is_not_said_to_go_on(finished, tmp_path):
+    stopped = shutil.copytree(finished, tmp_path / "stopped")
+    told = run_folder.read_summary(finished) | {"interrupted": True}
+    (stopped / run_folder.SUMMARY).write_text(json.dumps(told))
+    assert not any("--resume" in line for line in beside.lines(stopped))

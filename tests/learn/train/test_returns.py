@@ -20,15 +20,15 @@ CONFIG = Config(ddpg=DDPGConfig(hidden=(4,)))
 WALKERS, CAPACITY, GAMMA, WORD = 2, 600, 0.9, 3.0
 
 
-def told(lives: int, fall: int | None = None) -> list[float]:
+def told(lives: int, fall: int | None = None, capacity: int = CAPACITY) -> list[float]:
     """(believed, came) of walkers that earned 1 by each of ``lives`` decisions, and fell after ``fall``."""
-    place = jnp.arange(CAPACITY, dtype=jnp.float32)
+    place = jnp.arange(capacity, dtype=jnp.float32)
     seen = jnp.tile(place[:, None], (1, 2))
     end = place == (-1 if fall is None else fall)
-    life = Transition(seen, jnp.zeros((CAPACITY, 2)), place * 0 + 1, jnp.where(end, 0.0, GAMMA), seen + 1)
+    life = Transition(seen, jnp.zeros((capacity, 2)), place * 0 + 1, jnp.where(end, 0.0, GAMMA), seen + 1)
     rows = jax.tree.map(lambda x: jnp.broadcast_to(x, (WALKERS, *x.shape)), life)
     many = jnp.full(WALKERS, lives, jnp.int32)
-    replay = replay_buffer.Replay(rows, many % CAPACITY, many)
+    replay = replay_buffer.Replay(rows, many % capacity, many)
     known = learner.init(CONFIG.ddpg, jax.random.key(0), 2, (0.0, 0.0))
     output = jax.tree.map(jnp.zeros_like, known.critic["output"])
     says = {**known.critic, "output": {**output, "bias": output["bias"] + WORD}}
@@ -60,3 +60,8 @@ def test_nothing_comes_after_a_fall():
 
 def test_without_decisions_there_is_no_number():
     assert np.isnan(told(0)).all()
+
+
+def test_a_memory_of_one_decision_has_returns_of_one():
+    _, came = told(1, capacity=1)
+    assert came == pytest.approx(1 + GAMMA * WORD)
