@@ -20,7 +20,7 @@ RESULTS = ROOT / "docs" / "results"
 SEEDS = (0, 1, 2)
 PROGRAMS = {"jaxwalk": [sys.executable, "-m", "jaxwalk"], "python": [sys.executable]}
 WORDS = {
-    "pushes": "--impulses -100,-80,-70,-60,-50,-40,40,60,80,95,110,125",
+    "pushes": "--impulses -125,-110,-95,-80,-60,-40,40,60,80,95,110,125,140",
     "walls": "--walkers 64 --seconds 20 --impulses -40,30",
     "six": "--impulses -60,-45,-30,30,45,60",
     "legs": "torso+0.2,swing-thigh,swing-shank,stance-thigh,stance-shank",
@@ -40,7 +40,7 @@ agreement | jaxwalk agreement shipped --out {at} | {s}
 sensitivity | jaxwalk sensitivity shipped --out {at} | {s} {one}
 generalise | jaxwalk generalise shipped --walkers 32 --out {at} | {s} --only stature
 policy.png | python scripts/draw_policy.py shipped --out {at} | --walkers 16 --seconds 5
-gait | jaxwalk gait shipped --out {at} | --walkers 4 --seconds 8
+gait | jaxwalk gait shipped --speeds 0.7,0.9,1.1,1.25 --out {at} | --walkers 4 --seconds 8
 bench-cpu.json | jaxwalk bench --seconds 2 --json {at} | --walkers 16 --seconds 0.2
 deploy/latency.json | jaxwalk bench --deploy shipped --json {at} | --seconds 0.2
 deploy/walk.json | python scripts/deploy_walk.py --json {at} | --seconds 5 --walkers 1 --phases 1 --replicas 1
@@ -53,7 +53,7 @@ es-{seed} | jaxwalk train --learner es --seed {seed} --run-dir {at} | --preset s
 ppo-{seed} | jaxwalk train-baseline ppo --footsteps 20000 --seed {seed} --run-dir {at} | --footsteps 1280
 learning | python scripts/results.py --collect {runs} {at} |
 rules | jaxwalk compare fixed constant raibert capture-point replan shipped --walkers 256 --seconds 60 \
---impulses -80,-70,-60,-50,-40,40,60,80,95,110,125 --out {at} | {s}
+--impulses -110,-95,-80,-60,-40,40,60,80,95,110,125,140 --out {at} | {s}
 compare | jaxwalk compare fixed constant raibert capture-point replan shipped {seeds} --walkers 64 \
 --seconds 20 --impulses -100,-80,-60,-40,40,60,70,80 --out {at} | {s}
 report.html | jaxwalk report shipped --results {results} --out {at} --parts \

@@ -3,9 +3,10 @@
     python scripts/tune.py --minutes 15 --out tuned.json
 
 A candidate's walkers are walked by the training's own physics, sensors and noise: some unpushed, of whom the
-gait laboratory's measures are taken, the others pushed from both sides at all phases of a step. What is
-asked of each measure stands in `GOALS`; `PUSHES` says what a push that is lost costs. Starts and noise are
-of a purpose of their own (`scenarios.TUNE`), which no command measures with.
+gait laboratory's measures are taken, the others pushed from both sides at all phases of a step; some bear a
+pack, walk on a slope, or are asked for another speed. What is asked of them all, and what it costs not to be
+given it, stands in ``tune_goals.py``. Starts and noise are of a purpose of their own (`scenarios.TUNE`),
+which no command measures with.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import tyro
+from tune_goals import FALL, GOALS, HARD, PUSHES, WEAKER, Circumstance
 
 from jaxwalk.common import files, runtime
 from jaxwalk.common.parallel import devices
@@ -48,8 +50,13 @@ LEGS: dict[str, tuple[float, float]] = {
     "swing_rate_max": (5, 12),
     "swing_knee": (0.3, 1.4), "swing_knee_stiffness": (1, 80), "swing_knee_damping": (0.5, 18),
     "landing_knee": (0.0, 0.45), "landing_knee_stiffness": (20, 400), "landing_knee_damping": (1, 30),
+    "swing_ankle_stiffness": (2, 100), "swing_ankle_damping": (0, 3),
+    "length_speed": (-0.2, 0.9), "duration_speed": (-0.7, 0.3), "capture_speed": (-0.3, 0.9),
+    "push_off_speed": (-60, 150),
     "landing_seconds": (0.03, 0.35), "swing_sole": (-0.4, 0.4), "swing_ankle_most": (0.0, 0.6),
-    "passing_seconds": (0.0, 0.12), "back_ahead": (0.02, 0.3), "back_force": (40, 300),
+    "passing_seconds": (0.0, 0.12), "back_ahead": (-0.4, 0.3), "back_force": (40, 300),
+    "balance_ankle": (0.02, 0.8), "back_toe_off": (0, 1), "back_knee": (0.2, 1.6),
+    "back_knee_stiffness": (1, 400), "back_knee_damping": (0.5, 30),
 }  # fmt: skip
 RULE: dict[str, tuple[float, float]] = {
     "length": (0.5, 0.95), "duration": (0.45, 0.85), "capture": (0.1, 0.8), "length_gain": (-1, 2),
@@ -57,8 +64,22 @@ RULE: dict[str, tuple[float, float]] = {
     "back_margin": (-0.1, 0.15), "back_reach": (-0.1, 0.4), "back_gain": (0, 3),
     "back_least": (0.06, 0.35), "back_speed": (1, 6), "back_time": (0.08, 0.4),
 }  # fmt: skip
-BEFORE = {"passing_seconds": 0.05, "back_ahead": 0.05, "back_force": 120.0}
+BEFORE = {
+    "passing_seconds": 0.05,
+    "back_ahead": 0.05,
+    "back_force": 120.0,
+    "back_toe_off": 1.0,
+    "length_speed": 0.0,
+    "duration_speed": 0.0,
+    "capture_speed": 0.0,
+    "push_off_speed": 0.0,
+    "swing_ankle_stiffness": 77.0,
+    "swing_ankle_damping": 1.5,
+    "balance_ankle": 100.0,
+}
 """What was not searched at first, with the numbers that walks had then."""
+BACK = ("knee", "knee_stiffness", "knee_damping")
+"""Of these numbers of the swing, a step back had none of its own before."""
 STEADY = ("length", "duration", "capture")
 """Of these, what stands elsewhere: the nominal step, and the capture point as it ends (`unpack`)."""
 RANGES = LEGS | RULE
@@ -72,61 +93,25 @@ ROUGH = {
     "swing_rate_max": 9.0, "swing_knee": 0.69, "swing_knee_stiffness": 3.3, "swing_knee_damping": 11.0,
     "landing_knee": 0.29, "landing_knee_stiffness": 190.0, "landing_knee_damping": 13.0,
     "landing_seconds": 0.073, "swing_sole": -0.15, "swing_ankle_most": 0.3, "passing_seconds": 0.05,
-    "back_ahead": 0.05, "back_force": 120.0, "length": 0.89,
+    "back_ahead": 0.05, "back_force": 120.0, "back_toe_off": 0.5, "back_knee": 0.9,
+    "length_speed": 0.3, "duration_speed": -0.2, "capture_speed": 0.3, "push_off_speed": 20.0,
+    "swing_ankle_stiffness": 40.0, "swing_ankle_damping": 1.0,
+    "back_knee_stiffness": 40.0, "back_knee_damping": 4.0, "balance_ankle": 0.3, "length": 0.89,
     "duration": 0.68, "capture": 0.41, "length_gain": -0.0064, "pitch_gain": 1.9, "duration_gain": 0.45,
     "duration_least": 0.31, "back_margin": 0.013, "back_reach": 0.038, "back_gain": 1.3,
     "back_least": 0.12, "back_speed": 3.0, "back_time": 0.23,
 }  # fmt: skip
 """Where a search begins: a walk that is too slow and falls backward at 30 N s."""
 
-
-@dataclass(frozen=True)
-class Goal:
-    """What is asked of a measure: nothing more at ``aim``, cost 1 at ``must``, four times as steep beyond."""
-
-    aim: float
-    must: float
-
-    def cost(self, value: np.ndarray) -> np.ndarray:
-        """Of each value; one that is not finite is as bad as can be."""
-        off = (value - self.aim) / (self.must - self.aim)
-        worse = np.maximum(off, 0.0) + 3.0 * np.maximum(off - 1.0, 0.0)
-        return np.where(np.isfinite(worse), np.minimum(worse, 20.0), 20.0)
-
-
-GOALS = {
-    "speed_off": Goal(0.01, 0.04),
-    "joint_work": Goal(0.11, 0.16),
-    "leg_work": Goal(0.09, 0.13),
-    "force": Goal(1.4, 2.1),
-    "knee_too_straight": Goal(-12.0, -8.0),
-    "knee_too_bent": Goal(20.0, 22.0),
-    "double_too_short": Goal(-0.17, -0.135),
-    "step_too_short": Goal(-0.58, -0.53),
-    "hip_moment": Goal(1.0, 1.5),
-    "hip_power": Goal(1.5, 2.7),
-    "pitch_range": Goal(0.05, 0.075),
-    "pitch_mean": Goal(0.06, 0.11),
-    "passing_too_straight": Goal(-55.0, -40.0),
-    "standing": Goal(6.0, 18.0),
-    "dorsiflexion": Goal(12.0, 25.0),
-}
-"""Measures of unpushed walking, in the units of `measures`."""
-PUSHES = {
-    45.0: 6.0, 75.0: 14.0, 90.0: 12.0, 103.0: 10.0,
-    -25.0: 6.0, -45.0: 14.0, -57.0: 22.0, -66.0: 26.0, -74.0: 14.0, -83.0: 6.0,
-}  # fmt: skip
-"""Impulses, N s, and what it costs that nobody survives one. From turn to turn they are smaller by up to
-`WEAKER`, or the search would learn these very ones."""
-WEAKER = 0.14
-FALL = 30.0
-"""What it costs that nobody walks on unpushed."""
+HARD_PHASES, HARD_CALM = 6, 3
+"""Walkers pushed by each impulse, and unpushed, in each of `HARD`."""
 
 
 @dataclass(frozen=True)
 class Plan:
     """Whom each is tried on: ``calm`` walkers unpushed, one pushed by each impulse at each phase; phases
-    shift by a part of their distance from turn to turn, impulses are weaker by up to that share."""
+    shift by a part of their distance from turn to turn, impulses are weaker by up to that share. ``hard``:
+    which of `HARD` some meet besides."""
 
     impulses: tuple[float, ...] = tuple(PUSHES)
     calm: int = 12
@@ -134,6 +119,7 @@ class Plan:
     offsets: int = 4
     weaker: float = WEAKER
     seconds: float = 9.0
+    hard: tuple[str, ...] = tuple(HARD)
 
 
 @dataclass(frozen=True)
@@ -172,14 +158,35 @@ def pack(numbers: dict[str, float]) -> np.ndarray:
     return np.clip((np.array([numbers[n] for n in RANGES]) - low) / (high - low), 0.001, 0.999)
 
 
+def filled(legs: dict[str, float]) -> dict[str, float]:
+    """What a search found, with what was not searched then."""
+    swing = {f"back_{name}": legs[f"swing_{name}"] for name in BACK if f"swing_{name}" in legs}
+    return BEFORE | swing | legs
+
+
 class Trials:
     """Walks [K] candidates through the same pushes."""
 
     def __init__(self, config: Config, candidates: int, plan: Plan = Plan()) -> None:
         self.config, self.candidates, self.plan = rules.configured(config, Replan()), candidates, plan
-        cases = [(i, p / plan.phases) for i in plan.impulses for p in range(plan.phases)]
-        cases += [(0.0, 0.0)] * plan.calm
-        self.impulse, self.phase = np.array(cases, np.float32).T
+        cases = [(i, p / plan.phases, "") for i in plan.impulses for p in range(plan.phases)]
+        cases += [(0.0, 0.0, "")] * plan.calm
+        for name in plan.hard:
+            for impulse, _ in HARD[name].prices:
+                many = HARD_PHASES if impulse else HARD_CALM
+                cases += [(impulse, p / many, name) for p in range(many)]
+        self.impulse, self.phase = np.array([case[:2] for case in cases], np.float32).T
+        self.where = np.array([case[2] for case in cases])
+        met = [HARD[name] if name else Circumstance() for name in self.where]
+        self.speed, self.noise = (
+            np.array([getattr(x, n) for x in met], np.float32) for n in ("speed", "noise")
+        )
+        borne = [one.burden for one in met]
+        borne = [  # half of them late by a quarter, a half, three quarters of it: a way there
+            dataclasses.replace(one, delay=one.delay * min(1.0, (i % 6 + 1) / 4))
+            for i, one in enumerate(borne)
+        ]
+        self.burden = jax.tree.map(lambda *each: np.array(each, np.float32), *borne) if plan.hard else None
         self.size = len(cases)
         task, mesh = dataclasses.replace(Task.of(self.config), episode_ticks=2**30), devices.mesh()
         self.windows = round(plan.seconds / task.setup.timestep / task.setup.window_ticks)
@@ -215,13 +222,16 @@ class Trials:
             step_plan=dataclasses.replace(gait.step_plan, **steps),
             length_nominal=rule["length"],
             duration_nominal=rule["duration"],
+            speed_desired=np.tile(self.speed, self.candidates),
         )
         plan = self.plan
         phase = self.phase + (turn % plan.offsets + 0.5) / plan.offsets / plan.phases
         keys = scenarios.keys(turn, scenarios.TUNE, self.size)
         # The golden ratio's multiples fill the interval evenly.
         impulse = self.impulse * (1 - plan.weaker * (turn * 0.618034 % 1))
-        scenario = scenarios.batch(self.config, impulse, phase, keys)
+        scenario = scenarios.batch(self.config, impulse, phase, keys).replace(
+            burden=jax.tree.map(jnp.asarray, self.burden), noise=jnp.asarray(self.noise)
+        )
         tiled = jax.tree.map(lambda x: jnp.concatenate([x] * self.candidates), scenario)
         profile = Profile(jnp.zeros((many, BINS)), jnp.asarray(rule["duration"]))
         tried = self._begin(numbers, tiled)
@@ -270,23 +280,33 @@ def measures(config: Config, walked: Tried) -> dict[str, np.ndarray]:
         "knee_too_bent": found["knee"],
         "double_too_short": -found["double"],
         "step_too_short": -found["step"],
+        "step_too_long": found["step"],
         "passing_too_straight": -found["passing"],
     }
 
 
 def costs(bench: Trials, walked: Tried, weight: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """[K] of the candidates, and what they come from."""
-    calm = bench.impulse == 0
+    usual = bench.where == ""
+    calm = (bench.impulse == 0) & usual
     found = measures(bench.config, jax.tree.map(lambda x: x[:, calm], walked))
     up = ~np.asarray(walked.trial.state.terminated)
     life = np.minimum(walked.trial.tally.fall_seconds / bench.plan.seconds, 1.0)
     total = weight * sum(goal.cost(found[name]) for name, goal in GOALS.items())
     total = total + FALL * (1 - up[:, calm].mean(1)) + 2 * FALL * (1 - life[:, calm].mean(1))
-    for impulse, price in PUSHES.items():
-        lost = 1 - up[:, bench.impulse == impulse].mean(1)
-        early = 1 - life[:, bench.impulse == impulse].mean(1)
-        found[f"{impulse:+.0f}"] = 1 - lost
-        total = total + price * (lost + 0.3 * early)
+    for name in bench.plan.hard:
+        own = (bench.where == name) & (bench.impulse == 0)
+        tally = walked.trial.tally
+        speed = np.asarray(tally.distance / np.maximum(tally.seconds, 1e-3))[:, own].mean(1)
+        total = total + 2 * HARD[name].off.cost(np.abs(speed - HARD[name].speed))
+        found[f"{name} m/s"] = speed
+    asked = {"": tuple(PUSHES.items()), **{name: HARD[name].prices for name in bench.plan.hard}}
+    for name, prices in asked.items():
+        for impulse, price in prices:
+            own = (bench.where == name) & (bench.impulse == impulse)
+            lost, early = 1 - up[:, own].mean(1), 1 - life[:, own].mean(1)
+            found[f"{name}{impulse:+.0f}"] = 1 - lost
+            total = total + price * (lost + 0.3 * early)
     return np.where(np.isfinite(total), total, 1e3), found
 
 
@@ -297,7 +317,8 @@ SHOWN = ("speed", "step", "seconds", "joint_work", "leg_work", "force", "knee", 
 def line(found: dict[str, np.ndarray], which: int) -> str:
     """One candidate in a line."""
     told = " ".join(f"{name} {found[name][which]:.3g}" for name in SHOWN)
-    return told + "  " + " ".join(f"{i:+.0f}:{found[f'{i:+.0f}'][which]:.2f}" for i in PUSHES)
+    survived = [f"{n}:{x[which]:.2f}" for n, x in found.items() if n[-1].isdigit() or n.endswith("m/s")]
+    return told + "  " + " ".join(survived)
 
 
 def main(args: Args) -> None:
@@ -319,7 +340,7 @@ def main(args: Args) -> None:
         }
     elif args.begin:
         told = json.loads(Path(args.begin).read_text())
-        start |= {n: x for n, x in (told["legs"] | told["rule"]).items() if n in RANGES}
+        start |= {n: x for n, x in (filled(told["legs"]) | told["rule"]).items() if n in RANGES}
     bounds = np.tile([0.0, 1.0], (len(RANGES), 1))
     cma = cmaes.SepCMA(
         pack(start), args.sigma, bounds=bounds, population_size=args.population, seed=args.seed

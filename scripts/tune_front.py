@@ -26,7 +26,7 @@ from jaxwalk.config.presets import PRESETS
 from jaxwalk.learn.policies import provenance
 from jaxwalk.measure import survival
 
-IMPULSES = tuple(float(sign * size) for sign in (1, -1) for size in range(20, 121, 10))
+IMPULSES = tuple(float(sign * size) for sign in (1, -1) for size in range(20, 151, 10))
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def threshold(rates: dict[float, float], sign: int) -> float:
 
 def tried(bench: tune.Trials, numbers: dict[str, Any], replicas: int) -> dict[str, Any]:
     """One walk's measures, worst phases and thresholds."""
-    numbers["legs"] = tune.BEFORE | numbers["legs"]
+    numbers["legs"] = tune.filled(numbers["legs"])
     told = {**numbers["legs"], **numbers["rule"]}
     if missing := sorted(set(tune.RANGES) - set(told)):
         sys.exit(
@@ -102,10 +102,10 @@ def main(args: Args) -> None:
     """Try each, write the table and the picture."""
     config = PRESETS["default"]
     bench = tune.Trials(
-        config, 1, tune.Plan(IMPULSES, calm=16, phases=16, offsets=1, weaker=0.0, seconds=14.0)
+        config, 1, tune.Plan(IMPULSES, calm=16, phases=16, offsets=1, weaker=0.0, seconds=14.0, hard=())
     )
     rows = {}
-    for path in args.found:
+    for path in sorted(args.found, key=lambda path: (len(path.stem), path.stem)):
         rows[path.stem] = row = tried(bench, json.loads(path.read_text()), args.replicas)
         print(path.stem, f"{row['forward']:.0f} / {row['backward']:.0f} N s", row["measures"], flush=True)
     args.out.parent.mkdir(parents=True, exist_ok=True)

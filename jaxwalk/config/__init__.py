@@ -3,6 +3,7 @@
 Nothing here imports jax, so that ``jaxwalk --help`` stays fast.
 """
 
+from jaxwalk.config.circumstances import CircumstancesConfig
 from jaxwalk.config.compliant import CompliantConfig
 from jaxwalk.config.formats import of_dict, to_dict
 from jaxwalk.config.gait import Form, GaitConfig
@@ -10,6 +11,7 @@ from jaxwalk.config.schema import Config, Kernels, Observable
 from jaxwalk.config.step_plan import StepPlanConfig
 from jaxwalk.config.training import DDPGConfig, ESConfig, PushConfig, RewardConfig, TaskConfig, TrainConfig
 from jaxwalk.config.walker import (
+    DELAY_MOST,
     GRAVITY,
     REFERENCE_HEIGHT,
     REFERENCE_MASS,
@@ -25,12 +27,14 @@ from jaxwalk.config.walker import (
 )
 
 __all__ = [
+    "DELAY_MOST",
     "GRAVITY",
     "REFERENCE_HEIGHT",
     "REFERENCE_MASS",
     "Actuators",
     "BodyConfig",
     "BodyModel",
+    "CircumstancesConfig",
     "CompliantConfig",
     "Config",
     "DDPGConfig",

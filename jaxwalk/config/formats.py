@@ -1,4 +1,7 @@
-"""Configurations written down, now and before: what a file lacks means what it meant when it was written."""
+"""Configurations written down, now and before: in files of before, fields that came later mean what was so then.
+
+Files hold every field of their time (`to_dict`); one that is left out of theirs by hand has today's default.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,7 @@ from jaxwalk.common.errors import UserError
 from jaxwalk.config.schema import Config
 from jaxwalk.config.validate import from_dict
 
+_ONE_SPEED = {f"{name}_speed": 0.0 for name in ("length", "duration", "capture", "push_off")}
 _BEFORE: dict[int, dict[str, Any]] = {
     1: {
         "physics": {"drives": "servo", "actuators": "unlimited", "contact_timeconst": 0.006},
@@ -32,9 +36,18 @@ _BEFORE: dict[int, dict[str, Any]] = {
         },
         "observation": ["speed", "speed_desired", "pitch", "elapsed", "capture_ahead", "swing_ahead"],
     },
+    3: {
+        "gait": {
+            "compliant": {"back_toe_off": 1.0, "balance_ankle": 100.0, "ankle_stop": 0.0, **_ONE_SPEED}
+        },
+        "circumstances": {"share": 0.0}, "train": {"height_spread": 0.1, "mass_spread": 0.1},
+        "pushes": {"impulse_forward": 130.0, "impulse_backward": 110.0},
+    },
 }  # fmt: skip
 """Defaults of each format that are others in the next, or had no field yet. In 1, which said no number,
-walkers had rigid legs moved by servos and took one decision a step; in 2, policies commanded each step."""
+walkers had rigid legs moved by servos and took one decision a step; in 2, policies commanded each step; in
+3, a leg that steps back swung as any other, ankles turned without end, steps were of one speed, training had
+one circumstance, and the paper's toe-off moved one leg."""
 FORMAT = 1 + len(_BEFORE)
 """Of configurations."""
 
@@ -58,9 +71,22 @@ def of_dict(data: Any) -> Config:
         raise UserError(f"configuration of format {number!r:.20}: this version reads 1 to {FORMAT}")
     for older in range(number, FORMAT):
         told = _filled(told, _BEFORE[older])
-        if older == 1 and isinstance(physics := told["physics"], dict):  # heel and toe had one number
+        if older == 1 and isinstance(physics := _at(told, "physics"), dict):  # heel and toe had one number
             physics.setdefault("heel_timeconst", physics["contact_timeconst"])
+        if older == 3 and isinstance(gait := _at(told, "gait"), dict) and gait.get("toe_off_form") == "paper":
+            told["gait"] = {**gait, "toe_off_form": "one-leg"}
+        if older == 3 and isinstance(legs := _at(told, "gait", "compliant"), dict):
+            for name in ("knee", "knee_stiffness", "knee_damping"):
+                if f"swing_{name}" in legs:
+                    legs.setdefault(f"back_{name}", legs[f"swing_{name}"])
     return from_dict(Config, told)
+
+
+def _at(told: Any, *names: str) -> Any:
+    """What lies there; None where the file holds something else than it should."""
+    for name in names:
+        told = told.get(name) if isinstance(told, dict) else None
+    return told
 
 
 def _filled(told: dict[str, Any], defaults: dict[str, Any]) -> dict[str, Any]:

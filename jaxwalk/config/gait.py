@@ -30,9 +30,9 @@ class GaitConfig:
     """The numbers of the latter."""
     speed_desired: float = 1.0
     """Forward speed that is aimed at, v_desire, m/s (not scaled with the body)."""
-    length_nominal: float = 0.7046
+    length_nominal: float = 0.6869
     """Commanded step length before learning, m."""
-    duration_nominal: float = 0.478
+    duration_nominal: float = 0.4806
     """Commanded duration before learning, s: of the whole step (compliant), or of early swing (rigid)."""
     length_min: float = -0.7
     """Shortest step that can be commanded, m; a negative one is a step back (compliant)."""
@@ -69,8 +69,9 @@ class GaitConfig:
 
     toe_off_ankle: float = 0.6
     """Plantarflexion at which the push ends: a foot that left the floor would spin, rad."""
-    toe_off_form: Literal["linear", "paper"] = "linear"
-    """Toe-off torque: linear in the speed lost, or the paper's eqs 14-22."""
+    toe_off_form: Literal["linear", "paper", "one-leg"] = "linear"
+    """Toe-off torque: linear in the speed lost; the paper's eqs 14-22; or these with one leg's inertia, which
+    policies of before have."""
     toe_off_latched: bool = False
     """Torque and time of toe-off are set once, at touch-down, as in the paper; otherwise a walker that
     loses more speed while it pushes, pushes harder and longer."""

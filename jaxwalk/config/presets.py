@@ -54,7 +54,7 @@ _PAPER = dataclasses.replace(
         back_step=False,
         restart_torque=0.0,
         # Not printed; found with scripts/tune_paper.py for these drives.
-        toe_off_speed=1.3,
+        toe_off_speed=1.23,
         toe_off_ankle=0.58,
         duration_nominal=0.1,
         stance_rate_max=5.0,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+from jaxwalk.config.circumstances import CircumstancesConfig
 from jaxwalk.config.gait import GaitConfig
 from jaxwalk.config.training import DDPGConfig, ESConfig, PushConfig, RewardConfig, TaskConfig, TrainConfig
 from jaxwalk.config.walker import BodyConfig, PhysicsConfig, SensorConfig
@@ -28,6 +29,7 @@ class Config:
     gait: GaitConfig = field(default_factory=GaitConfig)
     task: TaskConfig = field(default_factory=TaskConfig)
     pushes: PushConfig = field(default_factory=PushConfig)
+    circumstances: CircumstancesConfig = field(default_factory=CircumstancesConfig)
     reward: RewardConfig = field(default_factory=RewardConfig)
     ddpg: DDPGConfig = field(default_factory=DDPGConfig)
     es: ESConfig = field(default_factory=ESConfig)

@@ -15,30 +15,30 @@ class StepPlanConfig:
     change_duration: float = 0.25
     """Time that a policy may add or take away at most, s."""
 
-    length_gain: float = -0.1483
+    length_gain: float = -0.07845
     """Length for each m that the capture point will be further ahead at the landing."""
-    pitch_gain: float = 0.9417
+    pitch_gain: float = 0.9385
     """Length for each rad that the torso leans forward, m/rad."""
-    duration_gain: float = 0.4249
+    duration_gain: float = 0.2236
     """Time by which the step is shorter for each m that the capture point will be further ahead, s/m."""
     length_least: float = 0.15
     """Shortest step ahead that is planned, m."""
-    duration_least: float = 0.2803
+    duration_least: float = 0.2942
     """Shortest step that is planned, s."""
     duration_most: float = 0.7
     """Longest step that is planned, s."""
 
-    back_margin: float = 0.05052
+    back_margin: float = 0.06432
     """How far behind the stance ankle the capture point makes the walker step back, m."""
-    back_reach: float = -0.05118
+    back_reach: float = -0.01733
     """How far behind `back_gain` times the capture point the foot is put then, m."""
-    back_gain: float = 0.3218
+    back_gain: float = 0.5338
     """Share of the capture point's way from the hip."""
-    back_least: float = 0.2781
+    back_least: float = 0.3374
     """How far behind the stance ankle it is put at least, m."""
-    back_speed: float = 2.054
+    back_speed: float = 2.928
     """How fast the foot goes there, m/s."""
-    back_time: float = 0.2795
+    back_time: float = 0.3663
     """Longest time that is left for it, s."""
     back_soonest: float = 0.03
     """Shortest time that is left for it, s."""

@@ -21,9 +21,9 @@ class PushConfig:
 
     rate: float = 0.5
     """Mean number of pushes a second."""
-    impulse_forward: float = 130.0
+    impulse_forward: float = 155.0
     """Largest push from behind, N s."""
-    impulse_backward: float = 110.0
+    impulse_backward: float = 130.0
     """Largest push from the front, N s."""
     impulse_least: float = 0.4
     """Smallest push, as a share of the largest of its direction: what anybody survives teaches nothing."""
@@ -142,9 +142,9 @@ class TrainConfig:
     """Ticks between two looks at whether a walker needs a decision."""
     episode_seconds: float = 30.0
     """A walker that still stands is started anew after this time (truncation)."""
-    height_spread: float = 0.1
+    height_spread: float = 0.22
     """Statures are drawn uniformly within this share of the body's height."""
-    mass_spread: float = 0.1
+    mass_spread: float = 0.2
     """Masses (at given stature) are drawn uniformly within this share."""
     windows_per_report: int = 50
     """Windows between two lines of metrics; the loop runs on the device for so long."""

@@ -13,7 +13,7 @@ from typing import Any, Literal, TypeVar
 from jaxwalk.common.errors import UserError
 from jaxwalk.config.compliant import CompliantConfig
 from jaxwalk.config.schema import Config
-from jaxwalk.config.walker import BodyConfig, PidConfig
+from jaxwalk.config.walker import DELAY_MOST, BodyConfig, PidConfig
 
 T = TypeVar("T")
 
@@ -76,7 +76,7 @@ def _decode(kind: Any, value: Any, where: str) -> Any:
 # Fields by the sense their values must have. Bodies are `person`'s to judge.
 _POSITIVE = """
     physics.timestep physics.iterations physics.ls_iterations physics.contact_timeconst physics.heel_timeconst
-    physics.friction
+    physics.friction circumstances.friction circumstances.strength
     sensors.mean_window gait.speed_desired gait.pitch_nominal
     gait.toe_off_full gait.toe_off_duration_min gait.stall_seconds gait.fall_height gait.fall_pitch
     physics.hip_gain physics.hip_limit physics.knee_stiffness physics.knee_damping physics.knee_limit
@@ -90,7 +90,8 @@ _POSITIVE = """
 """.split()
 _NOT_NEGATIVE = """
     physics.tolerance physics.ankle_damping physics.abduction_gain physics.abduction_integral
-    sensors.noise pushes.rate reward.speed_tolerance
+    sensors.noise circumstances.pack circumstances.slope circumstances.noise circumstances.delay
+    circumstances.speed pushes.rate reward.speed_tolerance
     pushes.impulse_forward pushes.impulse_backward pushes.height_spread ddpg.warmup
     ddpg.critic_head_start ddpg.action_weight
     ddpg.updates_per_footstep ddpg.noise_start ddpg.noise_end ddpg.weight_decay ddpg.max_grad_norm
@@ -139,6 +140,18 @@ def check(config: Config) -> None:
     for name in _BELOW_ONE:
         _require(0 <= values[name] < 1, name, values[name], "a number from 0 up to, not including, 1")
     ddpg, gait = config.ddpg, config.gait
+    met = config.circumstances
+    _require(0 <= met.share <= 1, "circumstances.share", met.share, "a number from 0 to 1")
+    _require(met.delay <= DELAY_MOST, "circumstances.delay", met.delay, f"at most {DELAY_MOST:g} s")
+    _require(met.slope <= 10, "circumstances.slope", met.slope, "at most 10 degrees")
+    _require(met.pack <= 100, "circumstances.pack", met.pack, "at most 100 kg")
+    _require(met.strength <= 1, "circumstances.strength", met.strength, "at most 1")
+    _require(
+        met.speed <= gait.speed_desired - 0.1 or not met.share,
+        "circumstances.speed",
+        met.speed,
+        f"0.1 m/s less than --gait.speed-desired, {gait.speed_desired:g} m/s, or still less",
+    )
     for name, share in (("ddpg.tau", ddpg.tau), ("ddpg.average_rate", ddpg.average_rate)):
         _require(0 < share <= 1, name, share, "a number above 0, at most 1")
     _require(

@@ -12,6 +12,7 @@ from typing import Literal
 REFERENCE_HEIGHT = 1.8  # m
 REFERENCE_MASS = 75.0  # kg
 GRAVITY = 9.81  # m/s^2
+DELAY_MOST = 0.04  # s by which instruments may be told late
 
 BodyModel = Literal["planar", "walls"]
 """How a body moves: in the plane, or in space between two walls, as the paper's: ``jaxwalk.model.mjcf``."""

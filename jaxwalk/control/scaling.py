@@ -75,7 +75,13 @@ _COMPLIANT = {
     "swing_ankle_damping": "rotational_damping",
     "landing_time": "time",
     "landing_capture": "length",
+    "speed_usual": "speed",
+    "length_speed": "time",
+    "capture_speed": "time",
     "passing_seconds": "time",
+    "ankle_stop": "torque",
+    "back_knee_stiffness": "torque",
+    "back_knee_damping": "rotational_damping",
     "back_ahead": "length",
     "back_force": "force",
 }
@@ -107,6 +113,8 @@ def scaled(config: GaitConfig, body: Similarity) -> GaitConfig:
     own, plan = config.compliant, config.step_plan
     legs = each(own, _COMPLIANT)
     legs["push_off_gain"] = own.push_off_gain * body.torque / body.speed
+    legs["push_off_speed"] = own.push_off_speed * body.torque / body.speed
+    legs["duration_speed"] = own.duration_speed * body.time / body.speed
     legs["ankle_capture_gain"] = own.ankle_capture_gain * body.torque / body.length
     legs["pitch_capture_gain"] = own.pitch_capture_gain / body.length
     steps = each(plan, _STEP_PLAN)

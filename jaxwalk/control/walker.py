@@ -9,10 +9,10 @@ import jax.numpy as jnp
 from flax import struct
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from jaxwalk.control import drives, forms, sensors, step_clock
+from jaxwalk.control import drives, forms, latency, sensors, step_clock
 from jaxwalk.control.person import Person, reference_body, skeleton
 from jaxwalk.control.step_clock import StepClock
-from jaxwalk.model import anthropometry, burdens, engine, physics, pushes
+from jaxwalk.model import anthropometry, burdens, engine, physics, pushes, strength
 from jaxwalk.model.engine import Setup
 
 
@@ -30,6 +30,7 @@ class Walker(struct.PyTreeNode):
       tick: ticks lived.
       walls: [2] normal force of the left and the right wall in the last tick, N; None in the plane.
       drives: what Gazebo's drives remember; None with servos.
+      late: what instruments told and is not known yet; None for who bears nothing.
     """
 
     person: Person
@@ -42,6 +43,7 @@ class Walker(struct.PyTreeNode):
     tick: Int[Array, ""]
     walls: Float[Array, "2"] | None = None
     drives: drives.Drives | None = None
+    late: latency.Late | None = None
 
 
 class Event(struct.PyTreeNode):
@@ -95,7 +97,7 @@ def start(
     estimate = sensors.Estimate(
         speed=speed,
         acceleration=zero,
-        pitch=pitch,
+        pitch=pitch if person.burden is None else pitch - person.burden.slope,
         pitch_rate=zero,
         joints=joints,
         joint_rates=rates,
@@ -104,7 +106,10 @@ def start(
     clock = forms.of(person.gait).start(setup, person, bones, estimate, stance)
     walls = jnp.zeros(2) if where.walls else None
     motors = drives.start(where) if setup.physics.drives == "gazebo" else None
-    return Walker(person, plant, state, estimate, clock, pushes.none(), key, jnp.int32(0), walls, motors)
+    late = None if person.burden is None else latency.start(setup.timestep, estimate)
+    return Walker(
+        person, plant, state, estimate, clock, pushes.none(), key, jnp.int32(0), walls, motors, late
+    )
 
 
 def _total(tree: Any) -> Float[Array, ""]:
@@ -147,8 +152,14 @@ def drive(setup: Setup, walker: Walker) -> tuple[Walker, Float[Array, "A"], Floa
     walker = walker.replace(push=pushes.met(walker.push, walker.tick, walker.gait.stance))
     loads = pushes.loads(walker.push, walker.tick, walker.plant.qpos[2])
     if person.burden is not None:
-        torso = reference_body(setup).torso.mass * person.ratio.mass
-        loads = loads.at[0].set(burdens.felt(person.burden, torso, loads[0], walker.plant.qpos[2]))
+        masses = anthropometry.masses(reference_body(setup)) * person.ratio.mass
+        loads = loads.at[0].set(burdens.felt(person.burden, masses[0], loads[0], walker.plant.qpos[2]))
+        loads = loads.at[:, 0].add(burdens.downhill(masses, person.burden))
+        if setup.physics.actuators != "unlimited":
+            rates = where.sagittal(walker.plant.qvel).reshape(6)
+            told = strength.of_share(
+                setup.physics.actuators, person.ratio, person.burden.strength, told, rates
+            )
     if walker.drives is None:
         return walker, where.control(told), loads
     motors, torques = drives.tick(
@@ -207,7 +218,12 @@ def advance(
     """
     person = walker.person
     bones = skeleton(setup, person)
+    if person.burden is not None:
+        readings = readings.replace(up=burdens.upright(readings.up, person.burden))
     state, estimate = sensors.measure(setup.sensors, setup.timestep, walker.sensors, readings, white)
+    late = walker.late
+    if person.burden is not None and late is not None:
+        late, estimate = latency.tick(setup.timestep, person.burden.delay, late, estimate)
 
     clock = walker.gait.replace(elapsed=walker.gait.elapsed + setup.timestep)
     after_tick, landed = forms.of(person.gait).proceed(setup, person, bones, clock, estimate)
@@ -219,6 +235,7 @@ def advance(
         gait=after_tick,
         tick=walker.tick + 1,
         walls=readings.walls,
+        late=late,
     )
     finite = jnp.isfinite(_total((walker, plant)))
     fell = has_fallen(setup, after) | ~finite

@@ -48,10 +48,7 @@ class Controller:
         self.policy = policy
         self.person = person.build(policy.manifest, height, mass)
         if speed is not None:
-            if not 0.1 <= speed <= 3.0:
-                raise UserError(f"speed {speed} m/s: give 0.1 to 3 m/s")
-            numbers = dataclasses.replace(self.person.gait, speed_desired=np.float32(speed))
-            self.person = dataclasses.replace(self.person, gait=numbers)
+            self.ask(speed)
         self.timestep: float = policy.manifest["timestep"]
         self._dt = np.float32(self.timestep)
         self._gravity = np.float32(policy.manifest["gravity"])
@@ -66,6 +63,22 @@ class Controller:
         self.touchdown = False
         self.observation = np.zeros(len(policy.mean), np.float32)
         self.action = np.zeros(len(policy.low), np.float32)
+
+    def ask(self, speed: float) -> bool:
+        """Aim at another forward speed, m/s, from the next tick on; whether the policy was trained for it.
+
+        Raises:
+          UserError: it is out of range.
+        """
+        if not 0.1 <= speed <= 3.0:
+            raise UserError(f"speed {speed} m/s: give 0.1 to 3 m/s")
+        numbers = dataclasses.replace(self.person.gait, speed_desired=np.float32(speed))
+        self.person = dataclasses.replace(self.person, gait=numbers)
+        trained = self.policy.manifest["numbers"]["speed_desired"]["value"]
+        low, high = self.policy.manifest.get(
+            "speeds", (trained, trained)
+        )  # which files of before do not tell
+        return bool(low - 1e-6 <= speed <= high + 1e-6)
 
     @classmethod
     def load(

@@ -12,8 +12,14 @@ from jaxwalk.common.errors import UserError
 from jaxwalk.config import CompliantConfig, GaitConfig, StepPlanConfig
 from jaxwalk.config.gait import RIGID, SHARED
 
-_LATER = {"compliant_knee_stop": {"value": 0.0, "length": 0.0, "mass": 0.0}}
-"""Numbers that files of before do not tell, with what they meant."""
+_LATER = {
+    "knee_stop": 0.0, "back_toe_off": 1.0, "balance_ankle": 100.0, "ankle_stop": 0.0, "ankle_end": 1.0,
+    "speed_usual": 0.0, "length_speed": 0.0, "duration_speed": 0.0, "capture_speed": 0.0,
+    "push_off_speed": 0.0,
+}  # fmt: skip
+"""Numbers of compliant legs that files of before do not tell, with what they meant."""
+_AS_SWING = ("knee", "knee_stiffness", "knee_damping")
+"""What a step back had no number of its own of, in such files."""
 PARTS: dict[str, tuple[str, Any]] = {
     "compliant": ("compliant_", CompliantConfig),
     "step_plan": ("plan_", StepPlanConfig),
@@ -94,13 +100,15 @@ def build(manifest: dict[str, Any], height: float | None = None, mass: float | N
 
     switches, numbers = manifest["switches"], manifest["numbers"]
     told = {"form": "rigid", "steps": "told"} | switches  # which files of before do not say
+    if "speeds" not in manifest and told.get("toe_off_form") == "paper":  # a file of before
+        told["toe_off_form"] = "one-leg"
     own = {name: scaled(numbers[name]) for name in _BODY}
     parts: dict[str, Any] = {}
     for part, (prefix, kind) in PARTS.items():
         fields = [f.name for f in dataclasses.fields(kind)]
         needed = told["form"] == "compliant" and (part != "step_plan" or told["steps"] == "planned")
         keys = {name: f"{prefix}{name}" for name in fields if needed or f"{prefix}{name}" in numbers}
-        told_of = _LATER | numbers
+        told_of = _of_before(numbers) | numbers
         parts[part] = kind(**{name: scaled(told_of[key]) for name, key in keys.items()})
     names = [f.name for f in dataclasses.fields(GaitConfig) if f.name not in (*told, *PARTS)]
     needed = SHARED if told["form"] == "compliant" else RIGID
@@ -113,6 +121,13 @@ def build(manifest: dict[str, Any], height: float | None = None, mass: float | N
         strength=None if strength is None else np.array(strength, np.float32).reshape(2, 3, 3),
         **own,
     )
+
+
+def _of_before(numbers: dict[str, Any]) -> dict[str, Any]:
+    """What files of before do not tell."""
+    constant = {f"compliant_{name}": {"value": x, "length": 0.0, "mass": 0.0} for name, x in _LATER.items()}
+    swing = {f"compliant_back_{name}": numbers.get(f"compliant_swing_{name}") for name in _AS_SWING}
+    return constant | swing
 
 
 def _number(value: Any) -> float:

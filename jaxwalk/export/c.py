@@ -65,6 +65,8 @@ def _data(trained: policy.Policy, told: dict[str, Any]) -> str:
         "HEIGHT": told["person"]["height"],
         "MASS": told["person"]["mass"],
         "SPEED": told["numbers"]["speed_desired"]["value"],
+        "SPEED_LEAST": told["speeds"][0],
+        "SPEED_MOST": told["speeds"][1],
         "CLIP": told["observation_clip"] or 0.0,
     }
     counts = {
@@ -73,7 +75,7 @@ def _data(trained: policy.Policy, told: dict[str, Any]) -> str:
         "WIDEST": max(len(names), len(low), *told["hidden"]),
         "MEAN_WINDOW": sensors["mean_window"],
         "BACK_STEP": int(gait["back_step"]),
-        "TOE_OFF_PAPER": int(gait["toe_off_form"] == "paper"),
+        "TOE_OFF_LEGS": {"linear": 0, "one-leg": 1, "paper": 2}[gait["toe_off_form"]],
         "TOE_OFF_LATCHED": int(gait["toe_off_latched"]),
         "PLANNED": int(gait["steps"] == "planned"),
         "REPLAN": told["decisions"]["replan"],

@@ -20,6 +20,7 @@ size_t shim_size(void);
 int shim_init(void *w, float height, float mass, float speed);
 void shim_start(void *w, const float *said, int stance, float *joints);
 void shim_tick(void *w, const float *said, float *joints);
+int shim_ask(void *w, float speed);
 int shim_touchdown(const void *w);
 int shim_fallen(const void *w);
 void shim_told(const void *w, float *observation);
@@ -30,6 +31,7 @@ size_t shim_size(void) {{ return sizeof(struct jaxwalk); }}
 int shim_init(void *w, float height, float mass, float speed) {{
     return jaxwalk_init(w, height, mass, speed);
 }}
+int shim_ask(void *w, float speed) {{ return jaxwalk_ask(w, speed); }}
 void shim_start(void *w, const float *said, int stance, float *joints) {{
     jaxwalk_start(w, (const struct jaxwalk_sensors *)said, stance, joints);
 }}
@@ -86,6 +88,7 @@ def build(header: Path, folder: Path) -> ctypes.CDLL:
     loaded = ctypes.CDLL(str(library))
     loaded.shim_size.restype = ctypes.c_size_t
     loaded.shim_init.argtypes = [ctypes.c_void_p, *[ctypes.c_float] * 3]
+    loaded.shim_ask.argtypes = [ctypes.c_void_p, ctypes.c_float]
     loaded.shim_time_act.restype = loaded.shim_time_ticks.restype = ctypes.c_double
     return loaded
 
@@ -114,6 +117,10 @@ class Controller:
         told = flat(said)
         self._library.shim_tick(self._walker, _pointer(told), _pointer(self._joints))
         return self._joints.copy()
+
+    def ask(self, speed: float) -> int:
+        """Aim at another speed, m/s: 1 if the policy was trained for it, 0 if not, -1 out of range."""
+        return self._library.shim_ask(self._walker, speed)
 
     @property
     def touchdown(self) -> bool:

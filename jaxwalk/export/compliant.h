@@ -1,9 +1,16 @@
-/* compliant legs: stance */
+/* compliant legs: stance; how much faster is asked for than the numbers are of, m/s */
+static inline float jaxwalk_faster(const struct jaxwalk *w) {
+    return w->n.speed_desired - w->n.compliant_speed_usual;
+}
+
 static inline float jaxwalk_capture_error(const struct jaxwalk *w) {
-    const float left = fmaxf(w->n.compliant_landing_time - w->elapsed, 0.0f), most = 2.0f * w->leg;
+    const float more = jaxwalk_faster(w), most = 2.0f * w->leg;
+    const float time = w->n.compliant_landing_time + w->n.compliant_duration_speed * more;
+    const float left = fmaxf(time - w->elapsed, 0.0f);
     const float ahead = jaxwalk_capture_point(w) - w->x[w->stance];
     const float grown = ahead * expf(sqrtf(JAXWALK_GRAVITY / w->leg) * left);
-    return jaxwalk_clamp(grown - w->n.compliant_landing_capture, -most, most);
+    return jaxwalk_clamp(grown - w->n.compliant_landing_capture - w->n.compliant_capture_speed * more, -most,
+                         most);
 }
 
 static inline float jaxwalk_stance_hip(const struct jaxwalk *w, float error) {
@@ -25,7 +32,12 @@ static inline float jaxwalk_stance_knee(const struct jaxwalk *w) {
 
 static inline float jaxwalk_push_off(const struct jaxwalk *w) {
     const float lost = w->n.compliant_push_off_share * w->n.speed_desired - w->now.velocity;
-    return fmaxf(w->n.compliant_push_off_torque + w->n.compliant_push_off_gain * lost, 0.0f);
+    const float usual = w->n.compliant_push_off_torque + w->n.compliant_push_off_speed * jaxwalk_faster(w);
+    return fmaxf(usual + w->n.compliant_push_off_gain * lost, 0.0f);
+}
+
+static inline float jaxwalk_ankle_stop(const struct jaxwalk *w, float angle) {
+    return w->n.compliant_ankle_stop * fmaxf(-w->n.compliant_ankle_end - angle, 0.0f);
 }
 
 static inline float jaxwalk_stance_ankle(const struct jaxwalk *w, float error) {
@@ -34,15 +46,26 @@ static inline float jaxwalk_stance_ankle(const struct jaxwalk *w, float error) {
     const int forward =
         jaxwalk_capture_point(w) > w->x[w->stance] && angle > -w->n.compliant_push_off_ankle;
     const float share = forward ? jaxwalk_clamp(behind / w->n.compliant_push_off_ramp, 0.0f, 1.0f) : 0.0f;
+    const float flat =
+        error > 0.0f ? jaxwalk_clamp((angle + w->n.compliant_balance_ankle) / 0.1f, 0.0f, 1.0f) : 1.0f;
     const float resting = w->n.compliant_ankle_stiffness * fminf(w->n.compliant_ankle_slack - angle, 0.0f) -
-                          w->n.compliant_ankle_capture_gain * error;
-    return resting + share * (-jaxwalk_push_off(w) - resting) - w->n.compliant_ankle_damping * rate;
+                          w->n.compliant_ankle_capture_gain * error * flat;
+    return resting + share * (-jaxwalk_push_off(w) - resting) - w->n.compliant_ankle_damping * rate +
+           jaxwalk_ankle_stop(w, angle);
 }
 
-/* compliant legs: swing */
+/* compliant legs: swing; whether the foot is sent behind the one that stands */
+static inline int jaxwalk_back(const struct jaxwalk *w) {
+    return 0.5f * w->length < w->x[w->stance];
+}
+
+static inline float jaxwalk_push_seconds(const struct jaxwalk *w) {
+    return w->n.compliant_toe_off_seconds * (jaxwalk_back(w) ? w->n.compliant_back_toe_off : 1.0f);
+}
+
 static inline int jaxwalk_pushes(const struct jaxwalk *w) {
     const int swing = 1 - w->stance;
-    return w->elapsed < w->n.compliant_toe_off_seconds && w->thigh[swing] < 0.0f &&
+    return w->elapsed < jaxwalk_push_seconds(w) && w->thigh[swing] < 0.0f &&
            w->now.joints[swing][2] > -w->n.compliant_push_off_ankle;
 }
 
@@ -58,6 +81,9 @@ static inline void jaxwalk_swing(const struct jaxwalk *w, float *torque) {
     if (!limp && w->duration - w->elapsed < w->n.compliant_landing_seconds)
         torque[1] = w->n.compliant_landing_knee_stiffness * (w->n.compliant_landing_knee - angle[1]) -
                     w->n.compliant_landing_knee_damping * rate[1];
+    else if (!limp && jaxwalk_back(w))
+        torque[1] = w->n.compliant_back_knee_stiffness * (w->n.compliant_back_knee - angle[1]) -
+                    w->n.compliant_back_knee_damping * rate[1];
     else
         torque[1] = w->n.compliant_swing_knee_stiffness * (bent - angle[1]) -
                     w->n.compliant_swing_knee_damping * rate[1];
@@ -67,6 +93,7 @@ static inline void jaxwalk_swing(const struct jaxwalk *w, float *torque) {
                                (fminf(w->n.compliant_swing_sole - w->shank[swing],
                                       w->n.compliant_swing_ankle_most) - angle[2]) -
                            w->n.compliant_swing_ankle_damping * rate[2];
+    torque[2] += jaxwalk_ankle_stop(w, angle[2]);
 }
 
 static inline void jaxwalk_path(struct jaxwalk *w) {
@@ -87,8 +114,8 @@ static inline void jaxwalk_path(struct jaxwalk *w) {
 
 static inline int jaxwalk_landed(const struct jaxwalk *w) {
     const float ahead = jaxwalk_step_length(w), force = w->now.touch[1 - w->stance];
-    if (!(w->elapsed > w->n.compliant_toe_off_seconds + w->n.compliant_passing_seconds)) return 0;
-    if (0.5f * w->length < w->x[w->stance]) /* sent behind the stance foot */
+    if (!(w->elapsed > jaxwalk_push_seconds(w) + w->n.compliant_passing_seconds)) return 0;
+    if (jaxwalk_back(w))
         return ahead < -w->n.compliant_back_ahead && force > w->n.compliant_back_force;
     return w->elapsed > w->n.compliant_landing_share * w->duration && ahead > w->n.touchdown_ahead &&
            force > w->n.touchdown_force;
@@ -130,9 +157,10 @@ static inline void jaxwalk_begin_step(struct jaxwalk *w) {
 static inline void jaxwalk_plan(struct jaxwalk *w) {
     const int swing = 1 - w->stance;
     const float capture = jaxwalk_capture_point(w), stance = w->x[w->stance];
-    const float error = jaxwalk_capture_error(w);
-    float length = w->n.length_nominal + w->n.plan_length_gain * error + w->n.plan_pitch_gain * w->now.pitch;
-    float seconds = w->n.duration_nominal - w->n.plan_duration_gain * error;
+    const float error = jaxwalk_capture_error(w), more = jaxwalk_faster(w);
+    const float usual = w->n.length_nominal + w->n.compliant_length_speed * more;
+    float length = usual + w->n.plan_length_gain * error + w->n.plan_pitch_gain * w->now.pitch;
+    float seconds = w->n.duration_nominal + w->n.compliant_duration_speed * more - w->n.plan_duration_gain * error;
     length = fmaxf(length, w->n.plan_length_least);
     seconds = jaxwalk_clamp(seconds, w->n.plan_duration_least, w->n.plan_duration_most);
     if (capture - stance < -w->n.plan_back_margin) { /* a step back */

@@ -96,6 +96,14 @@ static inline int jaxwalk_init(struct jaxwalk *w, float height, float mass, floa
     return 0;
 }
 
+/* Aim at another speed from the next tick on: 1 if the policy was trained for it, 0 if not; -1: out of range, and
+ * nothing is changed. */
+static inline int jaxwalk_ask(struct jaxwalk *w, float speed) {
+    if (!(speed >= 0.1f && speed <= 3.0f)) return -1;
+    w->n.speed_desired = speed;
+    return speed >= JAXWALK_SPEED_LEAST - 1e-6f && speed <= JAXWALK_SPEED_MOST + 1e-6f;
+}
+
 /* kinematics */
 static inline void jaxwalk_posture(struct jaxwalk *w) {
     for (int i = 0; i < 2; ++i) {

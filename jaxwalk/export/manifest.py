@@ -54,21 +54,23 @@ _UNITS = {
 }
 _COMPLIANT_UNITS = {
     "rad": "pitch_nominal pitch_offset knee_loading knee_standing ankle_slack push_off_angle push_off_ramp "
-    "push_off_ankle swing_knee landing_knee swing_sole swing_ankle_most",
+    "push_off_ankle balance_ankle ankle_end swing_knee back_knee landing_knee swing_sole swing_ankle_most",
     "rad/s": "hip_rate_max swing_rate_max",
     "rad/m": "pitch_capture_gain",
     "m": "landing_capture back_ahead",
-    "m/s": "hip_speed_min",
-    "s": "knee_seconds toe_off_seconds landing_seconds landing_time passing_seconds",
+    "m/s": "hip_speed_min speed_usual",
+    "s^2/m": "duration_speed",
+    "s": "length_speed capture_speed "
+    "knee_seconds toe_off_seconds landing_seconds landing_time passing_seconds",
     "N": "back_force",
     "N m": "push_off_torque",
     "N m/m": "ankle_capture_gain",
-    "N m/rad": "knee_stiffness ankle_stiffness swing_stiffness swing_knee_stiffness knee_stop "
-    "landing_knee_stiffness swing_ankle_stiffness",
+    "N m/rad": "knee_stiffness ankle_stiffness ankle_stop swing_stiffness swing_knee_stiffness knee_stop "
+    "back_knee_stiffness landing_knee_stiffness swing_ankle_stiffness",
     "N m s/rad": "hip_damping knee_damping ankle_damping swing_damping swing_knee_damping "
-    "landing_knee_damping swing_ankle_damping",
-    "N m s/m": "push_off_gain",
-    "1": "push_off_share swing_pitch_gain toe_off_knee_share landing_share",
+    "back_knee_damping landing_knee_damping swing_ankle_damping",
+    "N m s/m": "push_off_gain push_off_speed",
+    "1": "push_off_share swing_pitch_gain toe_off_knee_share landing_share back_toe_off",
 }
 _STEP_PLAN_UNITS = {
     "m": "change_length length_least back_margin back_reach back_least",
@@ -128,6 +130,7 @@ def build(trained: policy.Policy, config: Config) -> dict[str, Any]:
         "hidden": list(meta.hidden),
         "reference": {"height": REFERENCE_HEIGHT, "mass": REFERENCE_MASS},
         "person": {"height": config.body.height, "mass": config.body.mass},
+        "speeds": _speeds(config),
         "timestep": config.physics.timestep,
         "gravity": GRAVITY,
         "sensors": {"mean_window": config.sensors.mean_window, "kalman_gain": gain.tolist()},
@@ -151,6 +154,12 @@ def _strength(config: Config) -> list[list[list[float]]] | None:
     if own is None:
         return None
     return [[list(x[way]) for x in (own.most, own.three_quarters, own.half)] for way in (0, 1)]
+
+
+def _speeds(config: Config) -> list[float]:
+    """[least, greatest] speed that the policy was trained for, m/s."""
+    spread = config.circumstances.speed if config.circumstances.share else 0.0
+    return [config.gait.speed_desired - spread, config.gait.speed_desired + spread]
 
 
 def _numbers(config: Config) -> Iterator[tuple[str, dict[str, float]]]:

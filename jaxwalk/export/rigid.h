@@ -36,15 +36,22 @@ static inline void jaxwalk_back_swing(const struct jaxwalk *w, float *rate, floa
 }
 
 /* controllers */
+static inline float jaxwalk_rods_inertia(float mass, float length, float apart) {
+    const float s = length * sinf(apart), c = length * cosf(apart) - length / 2.0f;
+    return mass * (length * length / 12.0f + (s * s + c * c) + length * length / 3.0f);
+}
+
 static inline void jaxwalk_toe_off(const struct jaxwalk *w, int trailing, float *torque, float *seconds) {
     const float angle = w->thigh[trailing], knee = w->now.joints[trailing][1], limit = w->n.ankle_limit;
     const float lost = w->n.toe_off_speed * w->n.speed_desired - w->now.velocity;
     float wanted, lasts;
-    if (JAXWALK_TOE_OFF_PAPER) {
-        const float half = w->leg / 2.0f, c = half * cosf(knee) + half / 2.0f, s = half * sinf(knee);
-        const float inertia = w->n.torso_inertia +
-                              w->n.half_leg * (half * half / 12.0f + (s * s + c * c) + half * half / 3.0f);
-        const float rate = lost / (cosf(angle) * w->leg);
+    if (JAXWALK_TOE_OFF_LEGS) {
+        const float leg = JAXWALK_TOE_OFF_LEGS == 2 ? w->n.thigh + w->n.shank : w->leg;
+        const float legs = JAXWALK_TOE_OFF_LEGS == 2
+                               ? jaxwalk_rods_inertia(2.0f * w->n.half_leg, leg, w->thigh[1 - trailing] - angle)
+                               : jaxwalk_rods_inertia(w->n.half_leg, w->leg / 2.0f, 3.14159265f - knee);
+        const float inertia = w->n.torso_inertia + legs;
+        const float rate = lost / (cosf(angle) * leg);
         wanted = w->n.ankle_damping * rate + inertia * rate / w->n.toe_off_duration;
     } else {
         wanted = w->n.toe_off_gain * lost;

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from jaxwalk.config import BodyConfig, validate
 
 # Winter, Biomechanics and Motor Control of Human Movement: lengths as fractions of height.
@@ -64,6 +66,12 @@ class Body:
     def hip_height(self) -> float:
         """Hip above the floor when standing straight, m (``L`` of the paper)."""
         return self.thigh.length + self.shank.length + self.foot.length
+
+
+def masses(body: Body) -> np.ndarray:
+    """[7] of torso, then thigh, shank and foot, left and right, kg."""
+    leg = [body.thigh.mass, body.shank.mass, body.foot.mass]
+    return np.array([body.torso.mass, *leg, *leg], np.float32)
 
 
 def build(config: BodyConfig) -> Body:

@@ -85,6 +85,17 @@ def limited(
     return jnp.clip(torque.reshape(2, 3), -back, forth).reshape(6)
 
 
+def of_share(
+    actuators: Actuators,
+    body: Similarity,
+    share: Float[Array, ""],
+    torque: Float[Array, "6"],
+    rate: Float[Array, "6"],
+) -> Float[Array, "6"]:
+    """``torque`` N m as far as motors of ``share`` of their strength, at most 1, give it: see `limited`."""
+    return jnp.where(share < 1, share * limited(actuators, body, torque / share, rate), torque)
+
+
 def _left(own: Strength, way: int, rate: Any, xp: Any) -> Any:
     """[2, 3] what is left of the largest torque of both legs at ``rate`` rad/s that way, N m."""
     most, c, d = (np.array(x[way], np.float32) for x in (own.most, own.three_quarters, own.half))

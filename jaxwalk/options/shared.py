@@ -25,6 +25,15 @@ Phases = Annotated[int, _arg(help="Points of the step at which a push begins, ev
 Replicas = Annotated[int, _arg(help="Walkers for each impulse and phase.")]
 PushHeight = Annotated[float, _arg(help="Where the push lands, m above the torso's centre.")]
 PushDuration = Annotated[float, _arg(help="How long the push lasts, s.")]
+PushAgain = Annotated[
+    float,
+    _arg(help="Seconds after its beginning that the same push comes a second time. Default: it does not."),
+]
+Slope = Annotated[float, _arg(help="Slope of the floor, degrees, uphill positive; controllers are not told.")]
+Delay = Annotated[float, _arg(help="Time by which instruments of torso and soles are told late, s.")]
+MotorStrength = Annotated[
+    float, _arg(help="Share of their strength that motors have; of those that have one (--actuators).")
+]
 Stature = Annotated[
     OptionalFloat, _arg(help="Stature of all walkers, m. Default: that of the policy's configuration.")
 ]

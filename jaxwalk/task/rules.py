@@ -32,9 +32,9 @@ T = TypeVar("T")
 class Constant:
     """A step that is never adapted: the best mean survival that a short search found."""
 
-    length: Number = 0.823
+    length: Number = 0.8426
     """Commanded step length, m."""
-    duration: Number = 0.4936
+    duration: Number = 0.4631
     """Commanded duration, s."""
 
     def command(self, observation: Float[Array, "O"]) -> Float[Array, "2"]:
@@ -51,13 +51,13 @@ class Raibert:
     v T_s / 2 is linear in v: its value in undisturbed walking is part of ``length``, its slope of ``gain``.
     """
 
-    length: Number = 0.8455
+    length: Number = 0.8337
     """Commanded step length of undisturbed walking, m."""
-    duration: Number = 0.4842
+    duration: Number = 0.4583
     """Commanded duration, s."""
-    gain: Number = -0.1369
+    gain: Number = -0.06088
     """Length for each m/s too fast, s."""
-    landing_speed: Number = 1.248
+    landing_speed: Number = 1.33
     """Speed at an undisturbed touch-down, the step's fastest moment, for each m/s desired."""
 
     def command(self, observation: Float[Array, "O"]) -> Float[Array, "2"]:
@@ -86,23 +86,23 @@ class CapturePoint:
     two gains carry the changes of (L, T) to it.
     """
 
-    length: Number = 0.8153
+    length: Number = 0.8426
     """Commanded step length of undisturbed walking, m."""
-    duration: Number = 0.4927
+    duration: Number = 0.4631
     """Commanded duration of undisturbed walking, s."""
-    length_gain: Number = -0.1965
+    length_gain: Number = 0.1
     """Commanded length for each m that the step shall be longer."""
-    duration_gain: Number = 0.07022
+    duration_gain: Number = 0.0
     """Commanded duration for each s that the step shall last longer."""
-    timing: Number = 3.41
+    timing: Number = 1.0
     """Price of a change of time against one of length: 0 changes the time only."""
-    step: Number = 0.685
+    step: Number = 0.6915
     """L0: how long an undisturbed step really is, m."""
-    seconds: Number = 0.6975
+    seconds: Number = 0.6997
     """T0: how long it lasts, s."""
-    com_ahead: Number = -0.3144
+    com_ahead: Number = -0.2829
     """The torso's centre ahead of the landed foot at an undisturbed touch-down, m."""
-    landing_speed: Number = 1.248
+    landing_speed: Number = 1.33
     """Speed at an undisturbed touch-down for each m/s desired."""
     height: Number = 1.0
     """z: of the body's centre of mass, m."""

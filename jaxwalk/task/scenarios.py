@@ -27,6 +27,7 @@ class Scenario(struct.PyTreeNode):
       push_height: above the torso's centre, m.
       push_place: segment pushed, as in `pushes.Push`.
       phase: of the step at which it begins, 0..1.
+      again: ticks after which the same push comes a second time; 0: it does not.
       key: of the start and the noise.
       burden: what it bears that its controllers do not know of; None for nothing.
     """
@@ -39,6 +40,7 @@ class Scenario(struct.PyTreeNode):
     push_height: Float[Array, ""]
     push_place: Int[Array, ""]
     phase: Float[Array, ""]
+    again: Int[Array, ""]
     key: PRNGKeyArray
     burden: Burden | None = None
 
@@ -52,6 +54,7 @@ def batch(
     push_seconds: np.ndarray | float | None = None,
     push_place: np.ndarray | int = pushes.TORSO,
     burden: Burden | None = None,
+    again: float = 0.0,
 ) -> Scenario:
     """[N] scenarios.
 
@@ -61,6 +64,7 @@ def batch(
       push_height: m above the torso's centre. push_seconds: default as configured.
       push_place: segment pushed, as in `pushes.Push`.
       burden: what all bear.
+      again: s from the push's beginning to that of a second one like it; 0: there is none.
     """
     count = len(impulse)
 
@@ -79,6 +83,7 @@ def batch(
         push_height=all_of(push_height),
         push_place=jnp.asarray(np.broadcast_to(np.asarray(push_place, np.int32), count)),
         phase=all_of(phase),
+        again=jnp.full(count, round(again / timestep), jnp.int32),
         key=keys,
         burden=jax.tree.map(all_of, burden),
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Key, PRNGKeyArray
@@ -9,7 +11,7 @@ from jaxtyping import Array, Float, Key, PRNGKeyArray
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
 from jaxwalk.model import pushes
-from jaxwalk.task import course, stepper
+from jaxwalk.task import circumstances, course, stepper
 from jaxwalk.task.stepper import Stepper, Task
 
 Shares = Float[Array, "C"] | None
@@ -17,13 +19,15 @@ SHORTEST, USUAL = 0.2, 0.6  # s of a step that is one; of the reference body's, 
 
 
 def walker(config: Config, task: Task, key: PRNGKeyArray, shares: Shares = None) -> Stepper:
-    """A new walker as training meets them: its own stature, mass and first push."""
-    height_key, mass_key, start_key, push_key = jax.random.split(key, 4)
+    """A new walker as training meets them: its own stature, mass, circumstance and first push."""
+    height_key, mass_key, start_key, push_key, met_key = jax.random.split(key, 5)
     stature = 1 + config.train.height_spread * jax.random.uniform(height_key, (), minval=-1.0)
     build = 1 + config.train.mass_spread * jax.random.uniform(mass_key, (), minval=-1.0)
     height = config.body.height * stature
     mass = config.body.mass * stature**3 * build  # people of one shape weigh with the cube
-    fresh = stepper.start(task, config.gait, height, mass, jnp.float32(config.sensors.noise), start_key)
+    met = circumstances.draw(config, met_key)
+    numbers = dataclasses.replace(config.gait, speed_desired=met.speed)
+    fresh = stepper.start(task, numbers, height, mass, met.noise, start_key, met.burden)
     return fresh.replace(walker=fresh.walker.replace(push=push(config, fresh, push_key, shares)))
 
 

@@ -112,8 +112,10 @@ class Trial(struct.PyTreeNode):
 
 
 def survived(trials: Trial) -> np.ndarray:
-    """[N] of trials on the host: whether each is up at the end, and met the push that was meant for it."""
-    met = np.isclose(trials.tally.impulse, trials.scenario.impulse, rtol=1e-3)
+    """[N] of trials on the host: whether each is up at the end, and met the pushes that were meant for it."""
+    scenario = trials.scenario
+    times = np.where(np.asarray(scenario.again) > 0, 2, 1)
+    met = np.isclose(trials.tally.impulse, times * np.asarray(scenario.impulse), rtol=1e-3)
     return ~np.asarray(trials.state.terminated) & met
 
 
@@ -174,11 +176,20 @@ def tick(task: Task, profile: Profile, model: engine.Model, trial: Trial, white:
     # Of a step as long as its last one.
     delay = (trial.scenario.phase * after.last.seconds / dt).astype(jnp.int32)
     due = landed & (touchdowns == PUSH_STEP) & (trial.scenario.impulse != 0)
-    push = body.push.replace(start=jnp.where(due, body.tick + delay, body.push.start))
-    after = after.replace(walker=body.replace(push=push))
+    again = _comes_again(trial, body)
+    start = jnp.where(due, body.tick + delay, jnp.where(again, body.tick, body.push.start))
+    after = after.replace(walker=body.replace(push=body.push.replace(start=start)))
     tally = _count(task, profile, trial, before, after, landed)
+    tally = tally.replace(recovery=jnp.where(again, jnp.inf, tally.recovery))
     moved = trial.replace(state=after, touchdowns=touchdowns, tally=tally)
     return stepper.select(before.done, trial, moved)
+
+
+def _comes_again(trial: Trial, body: walker.Walker) -> Bool[Array, ""]:
+    """Whether it is time for the second push, and only the first one has been."""
+    scenario = trial.scenario
+    once = jnp.abs(trial.tally.impulse) < 1.5 * jnp.abs(scenario.impulse)
+    return (scenario.again > 0) & (body.tick == body.push.start + scenario.again) & once
 
 
 def _count(

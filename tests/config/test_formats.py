@@ -42,9 +42,24 @@ def test_in_the_second_format_policies_commanded_each_step_and_were_asked_in_eve
         "speed", "speed_desired", "pitch", "elapsed", "capture_ahead", "swing_ahead",
     )  # fmt: skip
     assert before.gait.form == "compliant"
-    limp = dataclasses.replace(now.gait.compliant, knee_stop=0.0)
+    limp = dataclasses.replace(
+        now.gait.compliant, knee_stop=0.0, back_toe_off=1.0, balance_ankle=100.0, ankle_stop=0.0,
+        length_speed=0.0, duration_speed=0.0, capture_speed=0.0, push_off_speed=0.0,
+    )  # fmt: skip
+    assert before.circumstances.share == 0.0 and before.train.height_spread == 0.1
     assert before.gait == dataclasses.replace(now.gait, steps="told", compliant=limp)
     assert (before.ddpg.return_steps, before.reward.zmp_weight, before.pushes.focus) == (1, 0.1, 0.0)
+
+
+def test_in_the_third_format_a_leg_stepped_back_as_it_swung():
+    told = {"swing_knee": 0.7, "swing_knee_stiffness": 12.0, "swing_knee_damping": 0.9}
+    before = of_dict({"format": 3, "gait": {"compliant": told}}).gait.compliant
+    assert (before.back_knee, before.back_knee_stiffness, before.back_knee_damping) == (0.7, 12.0, 0.9)
+    assert (before.back_toe_off, before.balance_ankle, before.ankle_stop) == (1.0, 100.0, 0.0)
+    assert (before.length_speed, before.duration_speed, before.capture_speed, before.push_off_speed) == (
+        0,
+    ) * 4
+    assert of_dict({"format": 3, "gait": {"toe_off_form": "paper"}}).gait.toe_off_form == "one-leg"
 
 
 def test_what_a_file_of_the_second_format_says_is_kept():

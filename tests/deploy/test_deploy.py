@@ -15,6 +15,7 @@ from jaxwalk import deploy
 from jaxwalk.common import resources
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, Observable
+from jaxwalk.config.presets import PRESETS
 from jaxwalk.control import walker
 from jaxwalk.export import c, c_runtime, manifest, tensors
 from jaxwalk.learn.ddpg import networks
@@ -250,6 +251,23 @@ def test_c_refuses_bad_bodies_too(exported, tmp_path):
     assert not c_runtime.Controller(library, 1.8, 75.0, 1.0).refused
     for body in ((0.2, 75.0, 1.0), (float("nan"), 75.0, 1.0), (1.8, 1000.0, 1.0), (1.8, 75.0, 0.0)):
         assert c_runtime.Controller(library, *body).refused
+
+
+@pytest.mark.parametrize("speed, known", [(0.6, True), (1.4, True), (0.59, False), (1.45, False)])
+def test_another_speed_may_be_asked_for_at_any_time(exported, tmp_path, speed, known):
+    """Policies are trained around 1 m/s, by 0.4 m/s either way; beyond they say so, and try."""
+    config = PRESETS["default"]
+    told = manifest.build(TRAINED["shipped"], config)
+    exported.write_bytes(tensors.to_safetensors(TRAINED["shipped"], told))
+    runtime = deploy.Controller.load(exported)
+    assert runtime.ask(speed) == known
+    assert runtime.person.gait.speed_desired == np.float32(speed)
+    with pytest.raises(UserError, match="speed"):
+        runtime.ask(5.0)
+    header = tmp_path / "policy.h"
+    header.write_bytes(c.header(TRAINED["shipped"], told))
+    walker = c_runtime.Controller(c_runtime.build(header, tmp_path), 1.8, 75.0, 1.0)
+    assert (walker.ask(speed), walker.ask(float("nan"))) == (int(known), -1)
 
 
 def test_a_fall_is_told(exported, tmp_path):

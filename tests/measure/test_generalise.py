@@ -12,6 +12,7 @@ from PIL import Image
 
 from jaxwalk import cli
 from jaxwalk.config import BodyConfig, Config
+from jaxwalk.config.presets import PRESETS
 from jaxwalk.measure.evaluate import evaluation
 from jaxwalk.measure.generalise.circumstances import circumstances
 from jaxwalk.measure.generalise.options import KINDS
@@ -40,9 +41,15 @@ def test_each_circumstance_changes_one_thing_and_the_own_one_is_among_them():
         "front_pack": {"burden": Burden(2.0, 0.20, 0.0, 0.0, 0.9)},
         "force": {"burden": dataclasses.replace(NOTHING, force=2.0)},
         "friction": {"burden": dataclasses.replace(NOTHING, friction=2.0)},
+        "slope": {"burden": dataclasses.replace(NOTHING, slope=np.radians(2.0))},
+        "delay": {"burden": dataclasses.replace(NOTHING, delay=2.0)},
+        "motor_strength": {"burden": dataclasses.replace(NOTHING, strength=2.0)},
         "noise": {"noise": 2.0},
         "speed": {"speed": 2.0},
     }
+
+    rigid = circumstances(PRESETS["rigid"], dict.fromkeys(KINDS, (2.0,)))
+    assert {one.kind for one in rigid} == KINDS.keys() - {"motor_strength"}
 
 
 def test_pushes_go_with_the_body_and_packs_count_as_weight():
@@ -73,12 +80,12 @@ def test_the_command_measures_each_circumstance_once(monkeypatch, tmp_path, caps
     out = tmp_path / "g"
     options = "--walkers 8 --replicas 2 --impulses 40 --phases 2".split()
     assert cli.main(["generalise", "fixed", "--beside", "constant", "--out", str(out), *options]) == 0
-    # Of each policy: its own once, and 4 statures, 1 mass, 2 + 2 packs, 2 forces, 2 frictions, 3 noises
-    # and 4 speeds.
-    assert len(asked) == len(set(map(str, asked))) == 2 * (1 + 4 + 1 + 2 + 2 + 2 + 2 + 3 + 4)
+    # Of each policy: its own once, and 4 statures, 1 mass, 2 + 2 packs, 2 forces, 2 frictions, 2 slopes,
+    # 2 delays, 1 strength of motors, 3 noises and 4 speeds.
+    assert len(asked) == len(set(map(str, asked))) == 2 * (1 + 4 + 1 + 2 + 2 + 2 + 2 + 2 + 2 + 1 + 3 + 4)
     result = json.loads((out / "generalise.json").read_text())
     rows = result["rows"]
-    assert len(rows) == 2 * (20 + len(KINDS))
+    assert len(rows) == 2 * (25 + len(KINDS))
     found = {(row["policy"], row["kind"], row["value"]): row for row in rows}
     heavy = found["constant", "front_pack", 25.0]
     assert heavy["pushes_survived"]["survivors"] == 2

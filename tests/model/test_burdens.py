@@ -193,3 +193,15 @@ def test_only_what_a_burden_changes_is_changed():
     bare, burdened = laden(None), laden(dataclasses.replace(FRONT, friction=0.5))
     changed = {"body_mass", "body_subtreemass", "body_ipos", "body_inertia", "pair_friction"}
     assert differing(bare, burdened) == changed
+
+
+def test_gravity_pulls_a_walker_and_its_pack_down_the_slope():
+    segments = anthropometry.masses(anthropometry.build(dataclasses.replace(CONFIG.body, mass=75.0)))
+    for degrees, way in ((3.0, -1), (-3.0, 1), (0.0, 0)):
+        borne = dataclasses.replace(FRONT, slope=np.radians(degrees))
+        pulled = burdens.downhill(jnp.asarray(segments), borne)
+        expected = way * 9.81 * np.sin(np.radians(3.0)) * (75.0 + FRONT.mass)
+        assert float(pulled.sum()) == pytest.approx(expected, rel=1e-5)
+        # Who stands at right angles to the floor leans back by the slope.
+        up = burdens.upright(jnp.array([0.0, 0.0, 1.0]), borne)
+        assert np.degrees(np.arctan2(up[0], up[2])) == pytest.approx(-degrees, abs=1e-4)

@@ -14,7 +14,7 @@ from jaxwalk.model import pushes
 from jaxwalk.task import backend, footstep
 from jaxwalk.task.scenarios import Scenario
 from jaxwalk.task.stepper import Task
-from jaxwalk.task.trials import BINS, PUSH_STEP, Profile, Runner, begin
+from jaxwalk.task.trials import BINS, PUSH_STEP, Profile, Runner, begin, survived
 
 CONFIG = PRESETS["rigid"]
 TASK = Task.of(CONFIG)
@@ -33,8 +33,10 @@ CASES = [
     (1.0, 0.0, 0.0, 1),
     (-400.0, 0.0, 0.0, 1),
     (0.0, 0.5, 0.0, 2),
+    (10.0, 0.25, 0.0, 0),
 ]
-NONE, AT_ONCE, HALF_WAY, QUARTER, TINY, HUGE, OTHER = range(len(CASES))
+NONE, AT_ONCE, HALF_WAY, QUARTER, TINY, HUGE, OTHER, TWICE = range(len(CASES))
+AGAIN = 0.6  # s
 
 
 def scenarios():
@@ -49,6 +51,7 @@ def scenarios():
         push_height=jnp.float32(height),
         push_place=jnp.full(many, pushes.TORSO, jnp.int32),
         phase=jnp.float32(phase),
+        again=jnp.zeros(many, jnp.int32).at[TWICE].set(round(AGAIN / DT)),
         key=jax.vmap(jax.random.key)(key),
     )
 
@@ -94,7 +97,7 @@ def policy():
 
 @pytest.fixture(scope="module")
 def runner(policy):
-    return Runner(TASK, policy, 8)
+    return Runner(TASK, policy, 10)
 
 
 @pytest.fixture(scope="module")
@@ -113,18 +116,27 @@ def test_progress_rises_to_one(eight):
 
 
 def test_trials_do_not_depend_on_the_batch_they_are_run_in(trials, profile):
-    # Seven trials as 8, and as 4 and 4: each part is filled up with trials that nobody reads.
-    four, _ = run(Runner(TASK, lambda action, observation: action, 4), profile)
-    assert four.tally.seconds.shape == trials.tally.seconds.shape == (len(CASES),)
-    jax.tree.map(np.testing.assert_array_equal, four, trials)
+    # Eight trials as 10, and as 6 and 6: each part is filled up with trials that nobody reads.
+    six, _ = run(Runner(TASK, lambda action, observation: action, 6), profile)
+    assert six.tally.seconds.shape == trials.tally.seconds.shape == (len(CASES),)
+    jax.tree.map(np.testing.assert_array_equal, six, trials)
 
 
 def test_the_impulse_asked_for_is_the_impulse_delivered(trials):
-    asked = np.array([case[0] for case in CASES])
+    asked = np.array([case[0] for case in CASES]) * np.where(np.arange(len(CASES)) == TWICE, 2, 1)
     stood = asked != -400
     np.testing.assert_allclose(trials.tally.impulse[stood], asked[stood], rtol=1e-4, atol=1e-6)
     # Whoever falls under the push gets what came before.
     assert -400 <= trials.tally.impulse[HUGE] < 0
+
+
+def test_a_push_that_comes_again_does_so_once_and_both_have_to_be_survived(trials):
+    push = trials.state.walker.push
+    first = trials.state.walker.push.start[QUARTER]  # the same walk up to there
+    assert push.start[TWICE] - first == round(AGAIN / DT)
+    assert survived(trials)[TWICE]
+    only_one = trials.replace(tally=trials.tally.replace(impulse=trials.tally.impulse / 2))
+    assert not survived(only_one)[TWICE]
 
 
 def test_a_push_begins_at_its_phase_of_the_step(trials):

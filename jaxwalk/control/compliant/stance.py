@@ -12,16 +12,25 @@ from jaxwalk.control.sensors import Estimate
 from jaxwalk.control.step_clock import StepClock
 from jaxwalk.model.kinematics import Skeleton
 
+_BALANCE_RAMP = 0.1  # rad over which balancing by the ankle ends
 _ERROR_MOST = 2.0  # legs off the usual landing: what is further off is not told apart
+
+
+def faster(config: GaitConfig) -> Float[Array, ""]:
+    """How much faster is asked for than the numbers are of, m/s."""
+    return jnp.asarray(config.speed_desired - config.compliant.speed_usual)
 
 
 def capture_error(config: GaitConfig, body: Skeleton, clock: StepClock, where: Posture) -> Float[Array, ""]:
     """How much further ahead of the stance ankle the capture point will be at the landing than it is in
     steady walking, m: it runs away from the foot as exp(w0 t) (Englsberger et al. 2015)."""
     own = config.compliant
-    left = jnp.maximum(own.landing_time - clock.elapsed, 0.0)
+    more = faster(config)
+    left = jnp.maximum(own.landing_time + own.duration_speed * more - clock.elapsed, 0.0)
     ahead = where.capture - where.ankle[clock.stance]
-    error = ahead * jnp.exp(posture.falling_rate(body) * left) - own.landing_capture
+    error = (
+        ahead * jnp.exp(posture.falling_rate(body) * left) - own.landing_capture - own.capture_speed * more
+    )
     most = _ERROR_MOST * body.leg
     return jnp.clip(error, -most, most)
 
@@ -62,7 +71,8 @@ def push_off(config: GaitConfig, estimate: Estimate) -> Float[Array, ""]:
     """
     own = config.compliant
     lost = own.push_off_share * config.speed_desired - estimate.speed
-    return jnp.maximum(own.push_off_torque + own.push_off_gain * lost, 0.0)
+    usual = own.push_off_torque + own.push_off_speed * faster(config)
+    return jnp.maximum(usual + own.push_off_gain * lost, 0.0)
 
 
 def ankle(
@@ -73,7 +83,10 @@ def ankle(
     error: Float[Array, ""],
 ) -> Float[Array, ""]:
     """Torque of the stance ankle, N m: a damped spring beyond a slack, then push-off, once the leg is behind
-    the vertical and the body falls forward over it."""
+    the vertical and the body falls forward over it.
+
+    Balancing by the toes ends as the heel rises: beyond that the leg would vault the body into the air.
+    """
     own, stance = config.compliant, clock.stance
     _, _, angle = estimate.joints[stance]
     _, _, rate = estimate.joint_rates[stance]
@@ -81,6 +94,14 @@ def ankle(
     forward = (where.capture > where.ankle[stance]) & (angle > -own.push_off_ankle)
     share = jnp.where(forward, jnp.clip(behind / own.push_off_ramp, 0.0, 1.0), 0.0)
     spring = own.ankle_stiffness * jnp.minimum(own.ankle_slack - angle, 0.0)
-    balance = -own.ankle_capture_gain * error
+    flat = jnp.clip((angle + own.balance_ankle) / _BALANCE_RAMP, 0.0, 1.0)
+    balance = -own.ankle_capture_gain * error * jnp.where(error > 0, flat, 1.0)
     resting = spring + balance
-    return resting + share * (-push_off(config, estimate) - resting) - own.ankle_damping * rate
+    pushed = resting + share * (-push_off(config, estimate) - resting)
+    return pushed - own.ankle_damping * rate + ankle_stop(config, angle)
+
+
+def ankle_stop(config: GaitConfig, angle: Float[Array, ""]) -> Float[Array, ""]:
+    """What keeps an ankle from plantarflexing further than people's do, N m."""
+    own = config.compliant
+    return own.ankle_stop * jnp.maximum(-own.ankle_end - angle, 0.0)

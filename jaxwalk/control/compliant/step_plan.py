@@ -12,6 +12,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxwalk.config import GaitConfig
+from jaxwalk.control.compliant import stance
 from jaxwalk.control.posture import Posture
 from jaxwalk.control.sensors import Estimate
 from jaxwalk.control.step_clock import StepClock
@@ -25,14 +26,15 @@ def planned(
     Args:
       error: of the capture point at the landing, as of `stance.capture_error`.
     """
-    own = config.step_plan
-    length = config.length_nominal + own.length_gain * error + own.pitch_gain * estimate.pitch
-    time = config.duration_nominal - own.duration_gain * error
+    own, legs, more = config.step_plan, config.compliant, stance.faster(config)
+    usual = config.length_nominal + legs.length_speed * more
+    length = usual + own.length_gain * error + own.pitch_gain * estimate.pitch
+    time = config.duration_nominal + legs.duration_speed * more - own.duration_gain * error
     # Ahead of the hip, as the capture point is: the stance ankle, and where the foot is put in a step back.
-    stance, swing = where.ankle[clock.stance], where.ankle[1 - clock.stance]
-    place = jnp.minimum(own.back_gain * where.capture - own.back_reach, stance - own.back_least)
+    stands, swing = where.ankle[clock.stance], where.ankle[1 - clock.stance]
+    place = jnp.minimum(own.back_gain * where.capture - own.back_reach, stands - own.back_least)
     way = jnp.clip(jnp.abs(swing - place) / own.back_speed, own.back_soonest, own.back_time)
-    back = where.capture - stance < -own.back_margin
+    back = where.capture - stands < -own.back_margin
     return jnp.where(
         back,
         jnp.stack([2.0 * place, clock.elapsed + way]),

@@ -16,10 +16,20 @@ _ACCELERATION_MOST = 400.0  # rad/s^2 of the path
 _TIME_LEAST = 0.03  # s that it is planned ahead at least: when its time is over it holds the goal
 
 
+def back(clock: StepClock, where: Posture) -> Bool[Array, ""]:
+    """Whether the foot is sent behind where the one that stands is now; a short step is at first, too."""
+    return 0.5 * clock.length < where.ankle[clock.stance]
+
+
+def _toe_off_seconds(config: GaitConfig, clock: StepClock, where: Posture) -> Float[Array, ""]:
+    own = config.compliant
+    return own.toe_off_seconds * jnp.where(back(clock, where), own.back_toe_off, 1.0)
+
+
 def toe_off(config: GaitConfig, clock: StepClock, where: Posture, estimate: Estimate) -> Bool[Array, ""]:
     """Whether the trailing leg still pushes: for a while, behind the vertical, to its ankle's end."""
     own, swing = config.compliant, 1 - clock.stance
-    early = clock.elapsed < own.toe_off_seconds
+    early = clock.elapsed < _toe_off_seconds(config, clock, where)
     return early & (where.thigh[swing] < 0) & (estimate.joints[swing, 2] > -own.push_off_ankle)
 
 
@@ -68,6 +78,9 @@ def torques(config: GaitConfig, clock: StepClock, where: Posture, estimate: Esti
     landing = clock.duration - clock.elapsed < own.landing_seconds
     bent = own.swing_knee * jnp.where(limp, own.toe_off_knee_share, 1.0)
     passing = own.swing_knee_stiffness * (bent - knee) - own.swing_knee_damping * knee_rate
+    # The thigh that is pulled back would throw the shank forward, onto the floor.
+    lifted = own.back_knee_stiffness * (own.back_knee - knee) - own.back_knee_damping * knee_rate
+    passing = jnp.where(back(clock, where) & ~limp, lifted, passing)
     straight = own.landing_knee_stiffness * (own.landing_knee - knee) - own.landing_knee_damping * knee_rate
     stop = own.knee_stop * jnp.maximum(-knee, 0.0)
     level = jnp.minimum(own.swing_sole - where.shank[swing], own.swing_ankle_most)
@@ -76,7 +89,7 @@ def torques(config: GaitConfig, clock: StepClock, where: Posture, estimate: Esti
         [
             jnp.where(limp, 0.0, along),
             jnp.where(landing & ~limp, straight, passing) + stop,
-            jnp.where(limp, -stance.push_off(config, estimate), held),
+            jnp.where(limp, -stance.push_off(config, estimate), held) + stance.ankle_stop(config, ankle),
         ]
     )
 
@@ -87,7 +100,6 @@ def touched_down(config: GaitConfig, clock: StepClock, where: Posture, estimate:
     ahead = where.ankle[swing] - where.ankle[clock.stance]
     force = estimate.touch[swing]
     late = clock.elapsed > own.landing_share * clock.duration
-    back = 0.5 * clock.length < where.ankle[clock.stance]  # sent behind the stance foot
-    forward = ~back & late & (ahead > config.touchdown_ahead) & (force > config.touchdown_force)
-    behind = back & (ahead < -own.back_ahead) & (force > own.back_force)
-    return (forward | behind) & (clock.elapsed > own.toe_off_seconds + own.passing_seconds)
+    forward = ~back(clock, where) & late & (ahead > config.touchdown_ahead) & (force > config.touchdown_force)
+    behind = back(clock, where) & (ahead < -own.back_ahead) & (force > own.back_force)
+    return (forward | behind) & (clock.elapsed > _toe_off_seconds(config, clock, where) + own.passing_seconds)

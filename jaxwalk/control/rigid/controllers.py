@@ -69,15 +69,16 @@ def swing_target(
     return jnp.arcsin(jnp.clip(0.5 * length / leg, -0.95, 0.95)) + config.swing_pitch_gain * pitch
 
 
-def leg_inertia(
-    leg_mass: Float[Array, ""], half: Float[Array, ""], knee: Float[Array, ""]
+def rods_inertia(
+    mass: Float[Array, ""], length: Float[Array, ""], apart: Float[Array, ""]
 ) -> Float[Array, ""]:
-    """J_leg about the hip of two rods of ``half`` m and ``leg_mass`` kg, knee flexed by ``knee`` (eq. 20).
+    """J_leg, kg m^2, about the free end of the first of two rods that meet at b = ``apart`` rad (eq. 20).
 
-    The paper's b is the knee's inner angle, pi - ``knee``: a straight leg is one rod of twice the length.
+    Args:
+      mass: of each, kg. length: of each, m.
     """
-    lower = (half * jnp.sin(knee)) ** 2 + (half * jnp.cos(knee) + half / 2) ** 2
-    return leg_mass * (half**2 / 12 + lower + half**2 / 3)
+    second = (length * jnp.sin(apart)) ** 2 + (length * jnp.cos(apart) - length / 2) ** 2
+    return mass * (length**2 / 12 + second + length**2 / 3)
 
 
 def toe_off_torque(
@@ -86,6 +87,7 @@ def toe_off_torque(
     leg: Float[Array, ""],
     speed: Float[Array, ""],
     angle: Float[Array, ""],
+    front: Float[Array, ""],
     knee: Float[Array, ""],
 ) -> Float[Array, ""]:
     """Ankle torque of toe-off, N m, plantarflexion positive, never negative.
@@ -93,22 +95,29 @@ def toe_off_torque(
     Both restore dv = v_ref - v, v_ref being ``toe_off_speed`` for each m/s of v_desire: v is that of the
     touch-down, when the torso is faster than on the mean of a step.
     ``paper``: eqs 14-22. For the trailing leg dv is an angular speed of da' = dv / (l cos a); giving it
-    to the leg within ``toe_off_duration`` while the torso stays upright takes
+    to both legs about the front ankle within ``toe_off_duration`` while the torso stays upright takes
     tau = tau_c + (J_torso + J_leg) da' / dt.
+    ``one-leg``: the same with the J_leg of the trailing leg alone, thigh and shank, about the hip; for
+    policies of before.
     ``linear``: gain dv: the same line with tuned constants, since the rigid
     legs of the paper's model leave out what the landing itself absorbs.
 
     Args:
+      leg: that turns, from the hip to its ankle (``paper``) or its sole (the others), m.
       speed: of the torso, m/s.
-      angle: of the trailing leg from the vertical, rad.
+      angle, front: of the trailing and the front leg from the vertical, rad.
       knee: flexion of the trailing leg, rad.
     """
     lost = config.toe_off_speed * config.speed_desired - speed
+    if config.toe_off_form == "linear":
+        return jnp.maximum(config.toe_off_gain * lost, 0.0)
+    rate = lost / (jnp.cos(angle) * leg)
     if config.toe_off_form == "paper":
-        rate = lost / (jnp.cos(angle) * leg)
-        inertia = inertias.torso + leg_inertia(inertias.leg_mass, leg / 2, knee)
-        return jnp.maximum(inertias.damping * rate + inertia * rate / config.toe_off_duration, 0.0)
-    return jnp.maximum(config.toe_off_gain * lost, 0.0)
+        legs = rods_inertia(2 * inertias.leg_mass, leg, front - angle)
+    else:
+        legs = rods_inertia(inertias.leg_mass, leg / 2, jnp.pi - knee)
+    inertia = inertias.torso + legs
+    return jnp.maximum(inertias.damping * rate + inertia * rate / config.toe_off_duration, 0.0)
 
 
 def push_off(

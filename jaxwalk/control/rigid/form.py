@@ -56,11 +56,14 @@ def proceed(
 def _toe_off(
     setup: Setup, person: Person, bones: Skeleton, estimate: Estimate, trailing: Int[Array, ""]
 ) -> tuple[Float[Array, ""], Float[Array, ""]]:
-    angle = thigh_angles(estimate.joints, estimate.pitch)[trailing]
+    angles = thigh_angles(estimate.joints, estimate.pitch)
+    angle = angles[trailing]
     knee = estimate.joints[trailing, 1]
     numbers = person.gait
+    # The leg turns about its ankle; policies of before took it to reach to the sole.
+    leg = bones.thigh + bones.shank if numbers.toe_off_form == "paper" else bones.leg
     torque = controllers.toe_off_torque(
-        numbers, inertias(setup, person), bones.leg, estimate.speed, angle, knee
+        numbers, inertias(setup, person), leg, estimate.speed, angle, angles[1 - trailing], knee
     )
     if numbers.back_step:  # after one, the leg that would push is ahead, and would push further back
         torque = jnp.where(angle < 0, torque, 0.0)

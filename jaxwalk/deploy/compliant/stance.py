@@ -11,6 +11,12 @@ from jaxwalk.deploy.step_clock import Clock
 
 _ERROR_MOST = np.float32(2)
 _ZERO, _ONE = np.float32(0), np.float32(1)
+_BALANCE_RAMP = np.float32(0.1)
+
+
+def faster(who: Person) -> np.float32:
+    """How much faster is asked for than the numbers are of, m/s."""
+    return np.float32(who.gait.speed_desired - who.gait.compliant.speed_usual)
 
 
 def capture_error(
@@ -18,9 +24,10 @@ def capture_error(
 ) -> np.float32:
     """How much further ahead the capture point will be at the landing than in steady walking, m."""
     own = who.gait.compliant
-    left = max(own.landing_time - clock.elapsed, _ZERO)
+    more = faster(who)
+    left = max(own.landing_time + own.duration_speed * more - clock.elapsed, _ZERO)
     ahead = capture_point(who, gravity, estimate) - posture.x[clock.stance]
-    error = ahead * np.exp(np.sqrt(gravity / who.leg) * left) - own.landing_capture
+    error = ahead * np.exp(np.sqrt(gravity / who.leg) * left) - own.landing_capture - own.capture_speed * more
     most = _ERROR_MOST * who.leg
     return min(max(error, -most), most)
 
@@ -48,7 +55,8 @@ def push_off(who: Person, estimate: Estimate) -> np.float32:
     """Plantarflexion torque of a whole push-off, N m, never negative."""
     own = who.gait.compliant
     lost = own.push_off_share * who.gait.speed_desired - estimate.speed
-    return max(own.push_off_torque + own.push_off_gain * lost, _ZERO)
+    usual = own.push_off_torque + own.push_off_speed * faster(who)
+    return max(usual + own.push_off_gain * lost, _ZERO)
 
 
 def ankle(
@@ -65,5 +73,15 @@ def ankle(
     behind = np.arctan2(-posture.x[stance], -posture.z[stance]) - own.push_off_angle
     forward = capture_point(who, gravity, estimate) > posture.x[stance] and angle > -own.push_off_ankle
     share = min(max(behind / own.push_off_ramp, _ZERO), _ONE) if forward else _ZERO
-    resting = own.ankle_stiffness * min(own.ankle_slack - angle, _ZERO) - own.ankle_capture_gain * error
-    return resting + share * (-push_off(who, estimate) - resting) - own.ankle_damping * rate
+    flat = min(max((angle + own.balance_ankle) / _BALANCE_RAMP, _ZERO), _ONE) if error > 0 else _ONE
+    resting = (
+        own.ankle_stiffness * min(own.ankle_slack - angle, _ZERO) - own.ankle_capture_gain * error * flat
+    )
+    pushed = resting + share * (-push_off(who, estimate) - resting)
+    return pushed - own.ankle_damping * rate + ankle_stop(who, angle)
+
+
+def ankle_stop(who: Person, angle: np.float32) -> np.float32:
+    """What keeps an ankle from plantarflexing further than people's do, N m."""
+    own = who.gait.compliant
+    return own.ankle_stop * max(-own.ankle_end - angle, _ZERO)

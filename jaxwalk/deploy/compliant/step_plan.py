@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from jaxwalk.deploy.compliant.stance import faster
 from jaxwalk.deploy.kinematics import Posture
 from jaxwalk.deploy.person import Person
 from jaxwalk.deploy.sensors import Estimate, capture_point
@@ -14,9 +15,10 @@ def planned(
     who: Person, gravity: np.float32, posture: Posture, clock: Clock, estimate: Estimate, error: np.float32
 ) -> tuple[np.float32, np.float32]:
     """The step from now on, with what the policy changes of it: (length m, duration s)."""
-    numbers, own = who.gait, who.gait.step_plan
-    length = numbers.length_nominal + own.length_gain * error + own.pitch_gain * estimate.pitch
-    time = numbers.duration_nominal - own.duration_gain * error
+    numbers, own, legs, more = who.gait, who.gait.step_plan, who.gait.compliant, faster(who)
+    usual = numbers.length_nominal + legs.length_speed * more
+    length = usual + own.length_gain * error + own.pitch_gain * estimate.pitch
+    time = numbers.duration_nominal + legs.duration_speed * more - own.duration_gain * error
     length, time = max(length, own.length_least), min(max(time, own.duration_least), own.duration_most)
     capture, stance = capture_point(who, gravity, estimate), posture.x[clock.stance]
     if capture - stance < -own.back_margin:

@@ -16,10 +16,21 @@ _ACCELERATION_MOST, _TIME_LEAST = np.float32(400), np.float32(0.03)
 _REACH_MOST = np.float32(0.9)
 
 
+def back(posture: Posture, clock: Clock) -> bool:
+    """Whether the foot is sent behind where the one that stands is now; a short step is at first, too."""
+    return bool(np.float32(0.5) * clock.length < posture.x[clock.stance])
+
+
+def _toe_off_seconds(who: Person, posture: Posture, clock: Clock) -> np.float32:
+    own = who.gait.compliant
+    share = own.back_toe_off if back(posture, clock) else 1
+    return np.float32(own.toe_off_seconds * share)
+
+
 def toe_off(who: Person, posture: Posture, clock: Clock, estimate: Estimate) -> bool:
     """Whether the trailing leg still pushes."""
     own = who.gait.compliant
-    early = clock.elapsed < own.toe_off_seconds
+    early = clock.elapsed < _toe_off_seconds(who, posture, clock)
     return bool(
         early and posture.thigh[clock.swing] < 0 and estimate.joints[clock.swing, 2] > -own.push_off_ankle
     )
@@ -53,27 +64,30 @@ def torques(
     hip, knee, ankle = estimate.joints[swing]
     hip_rate, knee_rate, ankle_rate = estimate.joint_rates[swing]
     stop = own.knee_stop * max(-knee, np.float32(0))
+    end = stance.ankle_stop(who, ankle)
     if toe_off(who, posture, clock, estimate):
         bent = own.swing_knee * own.toe_off_knee_share
         pulled = own.swing_knee_stiffness * (bent - knee) - own.swing_knee_damping * knee_rate
-        return np.float32(0), pulled + stop, -stance.push_off(who, estimate)
+        return np.float32(0), pulled + stop, -stance.push_off(who, estimate) + end
     along = own.swing_stiffness * (clock.path - hip) + own.swing_damping * (clock.path_rate - hip_rate)
     if clock.duration - clock.elapsed < own.landing_seconds:
         knees = own.landing_knee_stiffness * (own.landing_knee - knee) - own.landing_knee_damping * knee_rate
+    elif back(posture, clock):
+        knees = own.back_knee_stiffness * (own.back_knee - knee) - own.back_knee_damping * knee_rate
     else:
         knees = own.swing_knee_stiffness * (own.swing_knee - knee) - own.swing_knee_damping * knee_rate
     level = min(own.swing_sole - posture.shank[swing], own.swing_ankle_most)
     held = own.swing_ankle_stiffness * (level - ankle) - own.swing_ankle_damping * ankle_rate
-    return along, knees + stop, held
+    return along, knees + stop, held + end
 
 
 def touched_down(who: Person, posture: Posture, clock: Clock, estimate: Estimate) -> bool:
     """Whether the foot has landed where it was sent."""
     numbers, own = who.gait, who.gait.compliant
-    if clock.elapsed <= own.toe_off_seconds + own.passing_seconds:
+    if clock.elapsed <= _toe_off_seconds(who, posture, clock) + own.passing_seconds:
         return False
     ahead, force = step_length(posture, clock), estimate.touch[clock.swing]
-    if np.float32(0.5) * clock.length < posture.x[clock.stance]:  # sent behind the stance foot
+    if back(posture, clock):
         return bool(ahead < -own.back_ahead and force > own.back_force)
     late = clock.elapsed > own.landing_share * clock.duration
     return bool(late and ahead > numbers.touchdown_ahead and force > numbers.touchdown_force)

@@ -27,25 +27,34 @@ def stance_hip_rate(who: Person, angle: np.float32, estimate: Estimate) -> np.fl
     return _limited(rate, np.float32(numbers.stance_rate_max))
 
 
-def leg_inertia(half_mass: np.float32, half: np.float32, knee: np.float32) -> np.float32:
-    """J_leg about the hip: two rods of ``half`` m, ``half_mass`` kg, knee flexed by ``knee`` rad (eq. 20)."""
-    lower = (half * np.sin(knee)) ** 2 + (half * np.cos(knee) + half / 2) ** 2
-    return half_mass * (half**2 / 12 + lower + half**2 / 3)
+def rods_inertia(mass: np.float32, length: np.float32, apart: np.float32) -> np.float32:
+    """J_leg, kg m^2, about the free end of the first of two rods that meet at ``apart`` rad (eq. 20)."""
+    second = (length * np.sin(apart)) ** 2 + (length * np.cos(apart) - length / 2) ** 2
+    return mass * (length**2 / 12 + second + length**2 / 3)
 
 
-def toe_off_torque(who: Person, speed: np.float32, angle: np.float32, knee: np.float32) -> np.float32:
+def toe_off_torque(
+    who: Person, speed: np.float32, angle: np.float32, front: np.float32, knee: np.float32
+) -> np.float32:
     """Ankle torque of toe-off, N m, plantarflexion positive, never negative.
 
     Args:
-      speed: of the torso, m/s. angle: of the trailing leg from the vertical, rad. knee: its flexion, rad.
+      speed: of the torso, m/s.
+      angle, front: of the trailing and the front leg from the vertical, rad.
+      knee: flexion of the trailing leg, rad.
     """
     numbers = who.gait
     lost = numbers.toe_off_speed * numbers.speed_desired - speed
+    if numbers.toe_off_form == "linear":
+        return max(numbers.toe_off_gain * lost, _ZERO)
+    leg = who.thigh + who.shank if numbers.toe_off_form == "paper" else who.leg
+    rate = lost / (np.cos(angle) * leg)
     if numbers.toe_off_form == "paper":
-        rate = lost / (np.cos(angle) * who.leg)
-        inertia = who.torso_inertia + leg_inertia(who.half_leg, who.leg / 2, knee)
-        return max(who.ankle_damping * rate + inertia * rate / numbers.toe_off_duration, _ZERO)
-    return max(numbers.toe_off_gain * lost, _ZERO)
+        legs = rods_inertia(2 * who.half_leg, leg, front - angle)
+    else:
+        legs = rods_inertia(who.half_leg, who.leg / 2, np.float32(np.pi) - knee)
+    inertia = who.torso_inertia + legs
+    return max(who.ankle_damping * rate + inertia * rate / numbers.toe_off_duration, _ZERO)
 
 
 def push_off(numbers: GaitConfig, limit: np.float32, torque: np.float32) -> tuple[np.float32, np.float32]:
@@ -61,7 +70,9 @@ def toe_off(
 ) -> tuple[np.float32, np.float32]:
     """(torque N m, seconds) of a toe-off of the leg ``trailing``."""
     angle = posture.thigh[trailing]
-    torque = toe_off_torque(who, estimate.speed, angle, estimate.joints[trailing, 1])
+    torque = toe_off_torque(
+        who, estimate.speed, angle, posture.thigh[1 - trailing], estimate.joints[trailing, 1]
+    )
     if who.gait.back_step and angle >= 0:  # after a step back, that leg would push further back
         torque = _ZERO
     return push_off(who.gait, who.ankle_limit, torque)

@@ -23,7 +23,7 @@ from jaxwalk.task.trials import Act
 
 IMPULSES: dict[Form, tuple[float, ...]] = {
     "rigid": (40.0, 50.0, 60.0, 70.0, 80.0, -40.0, -50.0, -60.0, -80.0, -100.0),
-    "compliant": (60.0, 80.0, 95.0, 110.0, 125.0, -40.0, -60.0, -75.0, -90.0, -105.0),
+    "compliant": (60.0, 95.0, 110.0, 125.0, 140.0, -40.0, -70.0, -85.0, -100.0, -115.0),
 }
 """N s, by the legs."""
 REPLICAS, MORE = 2, 16

@@ -48,6 +48,7 @@ class CompareArgs:
     """Walkers for each impulse and phase. Default: 128 where native code steps them, 4 elsewhere."""
     push_height: shared.PushHeight = 0.0
     push_duration: shared.PushDuration = 0.1
+    push_again: shared.PushAgain = 0.0
     height: OptionalFloat = None
     """Stature of all walkers, m. Default: that of the policies' configuration."""
     mass: OptionalFloat = None
@@ -55,6 +56,9 @@ class CompareArgs:
     model: OptionalModel = None
     actuators: OptionalActuators = None
     noise: shared.Noise = 1.0
+    slope: shared.Slope = 0.0
+    delay: shared.Delay = 0.0
+    motor_strength: shared.MotorStrength = 1.0
     engine: Engine = "mjx"
     """What moves the walkers: MJX, or C MuJoCo solved to convergence."""
     seed: shared.Seed = 0

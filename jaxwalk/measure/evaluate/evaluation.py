@@ -22,7 +22,7 @@ from jaxwalk.task.stepper import Task
 from jaxwalk.task.trials import BINS, Act, Profile, Runner, Trial, survived
 
 BATCH = 2048  # trials in one program, at most
-AFTER_PUSH = 8.0  # s watched after the step in which the push comes
+AFTER_PUSH = 8.0  # s watched after the step in which the last push comes
 BEFORE_PUSH = 5.0  # s, enough for the step of the push to be reached
 
 
@@ -102,9 +102,10 @@ def evaluate(
       test: what the policy is put through; default: a `PushTest` as it stands.
       progress: called with what is under way and the share of it that is done.
       programs: made for the same ``test``; default: one of its own.
-      burden: what all walkers bear without being told.
+      burden: what all walkers bear without being told; default: what ``test`` says.
     """
     test = (test or PushTest()).sized(subject.config)
+    burden = test.burden(subject.config) if burden is None else burden
     runner = (programs or Programs(test)).of(subject)
 
     def follow(what: str, batch: Scenario, profile: Profile, seconds: float) -> Trial:
@@ -183,8 +184,9 @@ def _push_test(
         test.push_height,
         test.push_duration,
         burden=burden,
+        again=test.push_again,
     )
-    ended = follow("pushes", tried, profile, BEFORE_PUSH + AFTER_PUSH)
+    ended = follow("pushes", tried, profile, BEFORE_PUSH + test.push_again + AFTER_PUSH)
 
     up = survived(ended).reshape(shape)
     recovery = ended.tally.recovery.reshape(shape)

@@ -24,11 +24,15 @@ class EvaluateArgs:
     """Walkers for each impulse and phase. Default: 128 where native code steps them, 8 elsewhere."""
     push_height: shared.PushHeight = 0.0
     push_duration: shared.PushDuration = 0.1
+    push_again: shared.PushAgain = 0.0
     height: shared.Stature = None
     mass: shared.Mass = None
     model: OptionalModel = None
     actuators: OptionalActuators = None
     noise: shared.Noise = 1.0
+    slope: shared.Slope = 0.0
+    delay: shared.Delay = 0.0
+    motor_strength: shared.MotorStrength = 1.0
     engine: shared.Engine = "mjx"
     seed: shared.Seed = 0
     json: OptionalFile = None

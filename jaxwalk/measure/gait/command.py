@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import os
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,8 +18,9 @@ from rich.text import Text
 from jaxwalk.common import files, untrusted
 from jaxwalk.common.errors import UserError
 from jaxwalk.learn.policies import named, provenance
+from jaxwalk.learn.policies.named import Subject
 from jaxwalk.measure import study
-from jaxwalk.measure.gait import measures, picture, report, signals
+from jaxwalk.measure.gait import human, measures, picture, report, signals
 from jaxwalk.measure.gait.report import Report
 from jaxwalk.measure.screen import Tell
 
@@ -62,22 +64,18 @@ def table_csv(found: Report) -> str:
 
 def main(args: GaitArgs) -> None:
     """Run ``jaxwalk gait``."""
-    subject = named.load(
-        args.policy,
-        speed=args.speed,
-        height=args.height,
-        mass=args.mass,
-        noise=args.noise,
-        actuators=args.actuators,
-    )
+    subject = _subject(args, args.speed)
     stamp = provenance.stamp("gait", args, subject, subject.config)
     check_free(args.out, {name: stamp[name] for name in ("policy_digest", "options", "config")})
     made: list[Report] = []
 
     def measure(tell: Tell) -> dict[str, Any]:
-        walk = partial(tell, "walking")
-        made.append(report.make(subject, args.walkers, args.seconds, args.seed, walk))
-        return made[0].result
+        def walk(subject: Subject, what: str) -> Report:
+            return report.make(subject, args.walkers, args.seconds, args.seed, partial(tell, what))
+
+        made.append(walk(subject, "walking"))
+        rows = [_at(args, speed, walk) for speed in args.speeds]
+        return made[0].result | {"speeds": rows}
 
     body = subject.config.body
     title = f"{args.policy}: {args.walkers} walkers, {body.height:g} m, {body.mass:g} kg, unpushed"
@@ -91,6 +89,27 @@ def main(args: GaitArgs) -> None:
         lambda _: picture.draw(made[0], title),
         lambda _: table_csv(made[0]).encode(),
     )
+
+
+def _subject(args: GaitArgs, speed: float) -> Subject:
+    return named.load(
+        args.policy,
+        speed=speed,
+        height=args.height,
+        mass=args.mass,
+        noise=args.noise,
+        actuators=args.actuators,
+    )
+
+
+def _at(args: GaitArgs, speed: float, walk: Callable[[Subject, str], Report]) -> dict[str, Any]:
+    """What is told of walkers asked for ``speed``; no measures where none of them walks."""
+    try:
+        found = walk(_subject(args, speed), f"at {speed:g} m/s").result
+    except report.NoStride:
+        return {"asked": speed, "fell": args.walkers, "measures": None}
+    told = {name: found["measures"][name] for name in report.AT_SPEEDS}
+    return {"asked": speed, "fell": found["fell"], "measures": told}
 
 
 def _print(console: Console, name: str, result: dict[str, Any]) -> None:
@@ -115,9 +134,24 @@ def _print(console: Console, name: str, result: dict[str, Any]) -> None:
         told = result["symmetry"][measure]
         symmetry.add_row(measure.replace("_", " "), f"{told['mean']:+.1f}", f"{told['mean_size']:.1f}")
     console.print(symmetry)
+    if result["speeds"]:
+        console.print(_speeds(result["speeds"]))
     console.print("gait.json has the definitions of all", highlight=False)
     for source, what in result["sources"].items():
         console.print(Text(f"{marks[source]} {source}: {what}"))
+
+
+def _speeds(rows: list[dict[str, Any]]) -> Table:
+    """Walkers at each speed, and people's at the same; nothing of those that all fell."""
+    names = [name.replace("_", " ") for name in report.AT_SPEEDS]
+    screen = Table("asked, m/s", "fell", *names, title="at other speeds; people in brackets", box=box.SIMPLE)
+    for row in rows:
+        told = [
+            f"{one['mean']:.3g}" + (f" ({one['human']['mean']:.3g})" if human.at_own_speed(one) else "")
+            for one in (row["measures"] or {}).values()
+        ]
+        screen.add_row(f"{row['asked']:g}", str(row["fell"]), *told)
+    return screen
 
 
 def _people(people: dict[str, Any]) -> str:

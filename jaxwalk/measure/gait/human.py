@@ -1,8 +1,9 @@
-"""What healthy people do, level and at their own pace, brought to the walkers' stature.
+"""What healthy people do on level ground, brought to the walkers' stature.
 
-All figures were computed from one data set, the workbook that Schwartz 2008 publishes, read for this:
-curves and cycle events at free speed, dimensionless speed, cadence and step length. The children's mean
-stature and leg length, which it leaves out, were read in the workbook of Pinzone 2014.
+Most figures were computed from the workbook that Schwartz 2008 publishes, read for this: curves and cycle
+events at free speed, dimensionless speed, cadence and step length. The children's mean stature and leg
+length, which it leaves out, were read in the workbook of Pinzone 2014. What is of the walker's own speed was
+computed from what van der Zee 2022 publishes for each person and trial.
 Where there is no figure of people's, none could be read at its source.
 """
 
@@ -10,12 +11,29 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from jaxwalk.config import GRAVITY
 
 STATURE = 1.439  # m; Pinzone 2014, centre one: mean of 81 children
 LEG = 0.749  # m; likewise
+AT_SPEED = "van der Zee 2022"  # of `SOURCES`
+ADULTS = 1.76  # m; van der Zee 2022, mean of ten
+PREFERRED = (
+    (0.7, 0.528, 0.050, 0.0626, 0.0104),
+    (0.9, 0.607, 0.053, 0.0679, 0.0114),
+    (1.1, 0.652, 0.052, 0.0770, 0.0128),
+    (1.25, 0.693, 0.044, 0.0821, 0.0157),
+    (1.4, 0.734, 0.042, 0.0922, 0.0116),
+    (1.6, 0.809, 0.064, 0.0979, 0.0131),
+    (1.8, 0.861, 0.062, 0.1102, 0.0131),
+    (2.0, 0.896, 0.062, 0.1104, 0.0133),
+)
+"""Van der Zee's speeds, m/s; step length and its standard deviation, m; positive work by leg, J/(N m)."""
 
 SOURCES = {
     "Schwartz 2008": "Schwartz MH, Rozumalski A, Trost JP. The effect of walking speed on the gait of "
@@ -27,6 +45,12 @@ SOURCES = {
     " Posture 40:286-290, 2014, whose powers are these to 0.05 W/kg) to the walkers' stature as similar "
     "bodies move: lengths and N m/kg grow with stature, speeds and W/kg with its root, cadence falls with"
     " its root.",
+    "van der Zee 2022": "Van der Zee TJ, Mundinger EM, Kuo AD. A biomechanics dataset of healthy human "
+    "walking at various speeds, step lengths and step widths. Sci Data 9:704, 2022; work and stride times "
+    "of each trial as published beside its analysis (Wsoft). Nine adults at their preferred step on a "
+    "treadmill, in proportion between two of eight speeds from 0.7 to 2.0 m/s, brought from their 1.76 m "
+    "to the walkers' stature: people at the walkers' own speed. Work: the positive part of each leg's "
+    "summed power.",
 }
 
 
@@ -64,9 +88,37 @@ class Human:
         return {"low": self.low, "high": self.high}
 
 
-def people(height: float) -> dict[str, Human]:
-    """`HUMAN`, for people of ``height`` m."""
-    return {name: one.at(height) for name, one in HUMAN.items()}
+def people(height: float, speed: float) -> dict[str, Human]:
+    """What people of ``height`` m do: at ``speed``, m/s, where that is known, else (`HUMAN`) at their own."""
+    return {name: one.at(height) for name, one in (HUMAN | _at_speed(height, speed)).items()}
+
+
+def at_own_speed(measure: Mapping[str, Any]) -> bool:
+    """Whether people are told beside a ``measure`` (of `measures.summary`) who walk as fast as it is of."""
+    return measure.get("human", {}).get("source") == AT_SPEED
+
+
+def _at_speed(height: float, speed: float) -> dict[str, Human]:
+    """Of people as tall as the children of `HUMAN`, at the speed that is similar to ``speed`` at ``height``;
+    none beyond the speeds that were measured."""
+    own = speed * math.sqrt(ADULTS / height)
+    speeds, *columns = np.array(PREFERRED).T
+    if not speeds[0] <= own <= speeds[-1]:
+        return {}
+    step, step_sd, work, work_sd = (float(np.interp(own, speeds, column)) for column in columns)
+    shorter, longer = step - step_sd, step + step_sd
+    source, share, cadence = AT_SPEED, STATURE / ADULTS, 60 * own * math.sqrt(ADULTS / STATURE)
+
+    def length(steps: int) -> Human:
+        told = (share * steps * x for x in (step, shorter, longer))
+        return Human(*told, source=source, power=1.0)
+
+    return {
+        "step_length": length(1),
+        "stride_length": length(2),
+        "cadence": Human(cadence / step, cadence / longer, cadence / shorter, source=source, power=-0.5),
+        "cost_of_transport_by_leg": Human(work, work - work_sd, work + work_sd, source=source),
+    }
 
 
 def _of(mean: float, sd: float, unit: float = 1.0, power: float = 0.0) -> Human:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from jaxwalk.common import files
 from jaxwalk.options import checks
-from jaxwalk.options.parse import OptionalActuators, OptionalFloat, Policy, checked
+from jaxwalk.options.parse import Numbers, OptionalActuators, OptionalFloat, Policy, checked
 
 
 @dataclass(frozen=True)
@@ -24,6 +24,8 @@ class GaitArgs:
     """How long they walk, s; the first 3 are not measured."""
     speed: float = 1.0
     """Forward speed that is asked for, m/s."""
+    speeds: Numbers = ()
+    """Further speeds, m/s, with commas between, at which steps and work are told beside people's."""
     height: OptionalFloat = None
     """Stature of all walkers, m. Default: that of the policy's configuration."""
     mass: OptionalFloat = None
@@ -44,6 +46,8 @@ class GaitArgs:
         checks.whole("--walkers", self.walkers)
         checks.between("--seconds", self.seconds, 6.0, 3600.0, " s, the first 3 not being measured")
         checks.between("--speed", self.speed, 0.1, 3.0, " m/s")
+        for speed in self.speeds:
+            checks.between("--speeds", speed, 0.1, 3.0, " m/s")
         checks.person(self.height, self.mass)
         checks.between("--noise", self.noise, 0.0, 100.0, "")
         checks.seed(self.seed)

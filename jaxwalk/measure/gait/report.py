@@ -19,6 +19,15 @@ from jaxwalk.measure.gait.human import Human
 from jaxwalk.measure.gait.record import Ticks
 from jaxwalk.task import scenarios
 
+AT_SPEEDS = (
+    "speed",
+    "step_length",
+    "cadence",
+    "double_support_share",
+    "cost_of_transport_by_leg",
+    "cost_of_transport",
+)
+"""Of `measures.UNITS`, what is told of further speeds."""
 SIDES = ("left", "right")
 
 
@@ -40,13 +49,17 @@ class Report:
 
     Attributes:
       curves: (name of `signals.UNITS`, side) -> curve.
-      people: name of `measures.UNITS` -> what people of the walkers' stature do.
+      people: name of `measures.UNITS` -> what people of the walkers' stature do, at their speed where known.
       result: all scalars, as JSON values.
     """
 
     curves: dict[tuple[str, str], Curve]
     people: dict[str, Human]
     result: dict[str, Any]
+
+
+class NoStride(UserError):
+    """Nobody made a whole stride with each leg."""
 
 
 def make(
@@ -59,7 +72,7 @@ def make(
     """Walk, unpushed, and measure every whole stride of those who stay up.
 
     Raises:
-      UserError: nobody stays up, or makes a whole stride.
+      NoStride: nobody stays up, or makes a whole stride.
     """
     config, none = subject.config, np.zeros(walkers, np.float32)
     started = scenarios.batch(config, none, none, scenarios.keys(seed, scenarios.CALM, walkers))
@@ -78,12 +91,12 @@ def make(
             shapes += curves
             odd += left_out
     if {row[1] for row in rows} != {0, 1}:
-        raise UserError(
+        raise NoStride(
             f"policy {subject.name} makes no whole stride with each leg in {seconds:g} s, {fell} of "
             f"{walkers} walkers fell: give --seconds more, or a policy that walks"
         )
     found = measures.Measured.of(rows)
-    people = human.people(config.body.height)
+    people = human.people(config.body.height, float(found.values["speed"].mean()))
     return Report(_curves(found, np.stack(shapes)), people, _result(found, people, walkers, fell, odd))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -10,13 +11,8 @@ from jaxwalk.config import Config
 from jaxwalk.learn.policies import named
 from jaxwalk.learn.policies.named import Subject
 from jaxwalk.measure.generalise.options import KINDS
-from jaxwalk.model.burdens import Burden
+from jaxwalk.model.burdens import BACKPACK, FRONT_PACK, Burden
 from jaxwalk.model.similarity import Similarity
-
-# Centres of packs from the torso's own, (ahead, up), m. On the back: half a trunk (0.09 m) and nearly half a
-# pack (0.2 m) behind, at chest height, four fifths of the way from hip to shoulder. In front: as near as
-# belly and arms allow, at the height of the torso's centre.
-BACKPACK, FRONT_PACK = (-0.18, 0.10), (0.20, 0.0)
 
 
 @dataclass(frozen=True)
@@ -74,15 +70,21 @@ def circumstances(config: Config, values: Mapping[str, Sequence[float]]) -> list
     usual = {
         "speed": config.gait.speed_desired, "stature": body.height, "mass": body.mass,
         "noise": config.sensors.noise, "friction": friction, "force": 0.0, "backpack": 0.0, "front_pack": 0.0,
+        "slope": 0.0, "delay": 0.0, "motor_strength": 1.0,
     }  # fmt: skip
     found = []
+    if config.physics.actuators == "unlimited":  # whose motors have no strength of that kind
+        values = {kind: tried for kind, tried in values.items() if kind != "motor_strength"}
     for kind, tried in values.items():
         for value in sorted({*tried, usual[kind]}):
             now = usual | {kind: value}
             # People of one shape weigh with the cube of their stature, as those of training do.
             mass = now["mass"] * (now["stature"] / body.height) ** 3
             pack, place = now["backpack"] or now["front_pack"], BACKPACK if now["backpack"] else FRONT_PACK
-            burden = Burden(pack, *place, now["force"], now["friction"])
+            burden = Burden(
+                pack, *place, now["force"], now["friction"],
+                math.radians(now["slope"]), now["motor_strength"], now["delay"],
+            )  # fmt: skip
             own = value == usual[kind]
             found.append(
                 Circumstance(kind, value, own, now["speed"], now["stature"], mass, now["noise"], burden)

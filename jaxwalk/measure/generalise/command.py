@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from jaxwalk.common import files
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config
 from jaxwalk.learn.policies import named
 from jaxwalk.learn.policies.named import Subject
@@ -38,6 +39,11 @@ def planned(args: GeneraliseArgs) -> Plan:
     """
     first = named.load(args.policy)
     tried = circumstances(first.config, args.values())
+    if not tried:
+        raise UserError(
+            f"--only motor_strength: the motors of {args.policy} have no strength that could be less; "
+            "give others"
+        )
     names = [args.policy] + [args.beside] * (args.beside not in (NOBODY, args.policy))
     plan = [(one, one.subject(name)) for name in names for one in tried]
     own = next(place for place, one in enumerate(tried) if one.own)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
+from jaxwalk.config import DELAY_MOST
 from jaxwalk.measure.protocol import PushTest
 from jaxwalk.options import checks, shared
 from jaxwalk.options.parse import Impulses, Names, Numbers, Policy, reader
@@ -18,6 +19,9 @@ KINDS = {  # of circumstances -> its option
     "front_pack": "--front-packs",
     "force": "--forces",
     "friction": "--frictions",
+    "slope": "--slopes",
+    "delay": "--delays",
+    "motor_strength": "--motor-strengths",
     "noise": "--noises",
     "speed": "--speeds",
 }
@@ -26,10 +30,10 @@ NOBODY = "none"
 
 @dataclass(frozen=True)
 class GeneraliseArgs:
-    """How far a frozen policy generalises: bodies, loads, floor, sensors and speeds, each changed alone.
+    """How far a frozen policy generalises: bodies, loads, floors, motors, sensors, speeds, each changed alone.
 
     The policy's own circumstances are always among those tried. The controllers know stature, mass and
-    speed; of packs, forces, friction and noise they are not told.
+    speed; of packs, forces, floors, motors, delays and noise they are not told.
     """
 
     policy: Policy
@@ -38,8 +42,8 @@ class GeneraliseArgs:
     beside: str = "fixed"
     """Another POLICY put through the same; 'none' for nobody."""
     only: Names = ()
-    """Kinds to try, with commas between: stature, mass, backpack, front_pack, force, friction, noise, speed.
-    Default: all."""
+    """Kinds to try, with commas between: stature, mass, backpack, front_pack, force, friction, slope, delay,
+    motor_strength, noise, speed. Default: all."""
     statures: Numbers = (1.4, 1.6, 2.0, 2.3)
     """Statures, m; mass goes with the cube, and the pushes with the body."""
     masses: Numbers = (100.0,)
@@ -52,6 +56,12 @@ class GeneraliseArgs:
     """Steady horizontal forces on the torso, N; positive ones push forward. 30 N on 75 kg: a slope of 4 %."""
     frictions: Numbers = (0.3, 0.5)
     """Sliding frictions between sole and floor."""
+    slopes: Numbers = (-3.0, 3.0)
+    """Slopes of the floor, degrees, uphill positive."""
+    delays: Numbers = (0.01, 0.02)
+    """Times by which instruments of torso and soles are told late, s."""
+    motor_strengths: Numbers = (0.8,)
+    """Shares of their strength that motors have; of policies whose motors have one (`--actuators`)."""
     noises: Numbers = (0.0, 2.0, 4.0)
     """Scales of the sensors' noise."""
     speeds: Numbers = (0.7, 0.85, 1.15, 1.3)
@@ -84,6 +94,12 @@ class GeneraliseArgs:
             checks.between("--forces", value, -500.0, 500.0, " N")
         for value in self.frictions:
             checks.between("--frictions", value, 0.01, 10.0, "")
+        for value in self.slopes:
+            checks.between("--slopes", value, -10.0, 10.0, " degrees")
+        for value in self.delays:
+            checks.between("--delays", value, 0.0, DELAY_MOST, " s")
+        for value in self.motor_strengths:
+            checks.between("--motor-strengths", value, 0.1, 1.0, "")
         for value in self.noises:
             checks.between("--noises", value, 0.0, 100.0, "")
         for value in self.speeds:

@@ -19,6 +19,9 @@ LABELS = {
     "front_pack": "front pack, kg",
     "force": "steady force, N",
     "friction": "friction",
+    "slope": "slope, degrees",
+    "delay": "delay, s",
+    "motor_strength": "motors' strength",
     "noise": "sensor noise",
     "speed": "speed asked for, m/s",
 }

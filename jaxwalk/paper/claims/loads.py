@@ -11,8 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from jaxwalk.config import BodyModel
-from jaxwalk.measure.generalise.circumstances import BACKPACK, FRONT_PACK
-from jaxwalk.model.burdens import Burden
+from jaxwalk.model.burdens import BACKPACK, FRONT_PACK, Burden
 from jaxwalk.paper import pictures
 from jaxwalk.paper.claim import Claim, Numbers
 from jaxwalk.paper.lab import Lab, speeds_of

@@ -18,7 +18,8 @@ LEGS = CompliantConfig(
     hip_speed_min=0.2, knee_stiffness=500.0, knee_damping=20.0, knee_loading=0.4, knee_standing=0.2,
     knee_seconds=0.2, ankle_stiffness=300.0, ankle_slack=0.1, ankle_damping=5.0, ankle_capture_gain=100.0,
     push_off_angle=0.2, push_off_ramp=0.1, push_off_torque=100.0, push_off_gain=200.0, push_off_share=1.0,
-    push_off_ankle=0.3, landing_time=0.6, landing_capture=0.4,
+    push_off_ankle=0.3, landing_time=0.6, landing_capture=0.4, balance_ankle=0.5, ankle_stop=200.0,
+    ankle_end=0.8,
 )  # fmt: skip
 NUMBERS = GaitConfig(compliant=LEGS, speed_desired=1.0)
 BODY = Skeleton(
@@ -134,6 +135,22 @@ def test_the_ankle_moves_the_centre_of_pressure_under_the_capture_point():
     seen = leaning(0.1)
     told = stance.ankle(NUMBERS, clock(), where(seen), seen, f(0.3))
     assert told == pytest.approx(-30.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    "ankle, error, torque",
+    [
+        (-0.3, 0.3, -30.0),  # whole up to 0.4 of plantarflexion
+        (-0.45, 0.3, -15.0),  # and none from 0.5 on
+        (-0.6, 0.3, 0.0),
+        (-0.6, -0.3, 30.0),  # back under the heel at any angle
+        (-0.9, 0.3, 20.0),  # 200 x 0.1: the ankle's end
+    ],
+)
+def test_balancing_by_the_toes_ends_before_the_leg_vaults(ankle, error, torque):
+    seen = leaning(0.1, ankle=ankle)
+    told = stance.ankle(NUMBERS, clock(), where(seen), seen, f(error))
+    assert told == pytest.approx(torque, abs=1e-2)
 
 
 def test_either_leg_may_stand():

@@ -20,7 +20,8 @@ LEGS = CompliantConfig(
     swing_knee_damping=2.0, toe_off_knee_share=0.5, landing_knee=0.2, landing_knee_stiffness=100.0,
     landing_knee_damping=5.0, landing_seconds=0.1, swing_sole=-0.1, swing_ankle_most=0.3,
     swing_ankle_stiffness=50.0, swing_ankle_damping=1.0, landing_share=0.5, passing_seconds=0.05,
-    back_ahead=0.05, back_force=120.0,
+    back_ahead=0.05, back_force=120.0, back_toe_off=0.0, back_knee=1.1, back_knee_stiffness=150.0,
+    back_knee_damping=5.0,
 )  # fmt: skip
 NUMBERS = GaitConfig(compliant=LEGS, touchdown_ahead=0.02, touchdown_force=20.0)
 BODY = Skeleton(
@@ -117,6 +118,25 @@ def test_torques_of_the_leg_in_the_air(elapsed, swinging, torques):
     np.testing.assert_allclose(told, torques, atol=1e-3)
 
 
+def test_a_leg_that_steps_back_lifts_its_foot_and_pushes_off_no_more():
+    """The same leg as above, that would push or pass: its knee is bent by a spring of its own."""
+    seen = estimate((-0.4, 0.1, 0.0))
+    for elapsed in (0.05, 0.3):
+        now = clock(elapsed, length=-0.5, angle=0.1)
+        told = swing.torques(NUMBERS, now, posture.of(BODY, seen), seen)
+        np.testing.assert_allclose(told, (200 * 0.5, 150 * (1.1 - 0.1), 50 * 0.3), atol=1e-3)
+        assert not swing.toe_off(NUMBERS, now, posture.of(BODY, seen), seen)
+
+
+def test_no_ankle_in_the_air_turns_beyond_its_end():
+    kept = dataclasses.replace(NUMBERS, compliant=dataclasses.replace(LEGS, ankle_stop=300.0, ankle_end=0.5))
+    free = dataclasses.replace(NUMBERS, compliant=dataclasses.replace(LEGS, ankle_stop=0.0))
+    for angle, more in ((-0.7, 300 * 0.2), (-0.5, 0.0), (0.5, 0.0)):
+        seen, now = estimate((0.1, 0.3, angle)), clock()
+        with_stop, without = (swing.torques(n, now, posture.of(BODY, seen), seen) for n in (kept, free))
+        np.testing.assert_allclose(with_stop - without, [0, 0, more], atol=1e-3)
+
+
 AHEAD = dict(swinging=(0.3, 0.0, 0.0), standing=(-0.3, 0.0, 0.0), touch=30.0)
 BEHIND = dict(swinging=(-0.3, 0.0, 0.0), standing=(0.2, 0.0, 0.0), touch=130.0)
 
@@ -143,7 +163,8 @@ def test_the_knee_is_kept_from_bending_forward():
         (True, clock(0.2, length=0.1), BEHIND),  # ahead of the hip, yet behind the foot it stands on
         (False, clock(0.2, length=0.6), BEHIND),  # it was not sent there
         (False, clock(0.2, length=-0.4), BEHIND | {"touch": 100.0}),
-        (False, clock(0.14, length=-0.4), BEHIND),
+        (True, clock(0.06, length=-0.4), BEHIND),  # it does not push off first
+        (False, clock(0.04, length=-0.4), BEHIND),
         (False, clock(0.5, length=-0.8), AHEAD),  # sent behind, it scuffs the floor ahead
     ],
 )

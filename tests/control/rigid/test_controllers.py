@@ -102,27 +102,32 @@ def test_swing_target_lands_half_a_step_ahead_of_the_hip(length, pitch, target):
         (np.pi, 0.5333),
     ],
 )
-def test_leg_inertia_is_that_of_two_rods(knee, inertia):
-    assert controllers.leg_inertia(f(5.0), f(0.4), f(knee)) == pytest.approx(inertia, abs=1e-4)
+def test_inertia_is_that_of_two_rods(knee, inertia):
+    """A leg about the hip; legs about the front ankle are rods of the same kind."""
+    assert controllers.rods_inertia(f(5.0), f(0.4), f(np.pi - knee)) == pytest.approx(inertia, abs=1e-4)
 
 
 def toe_off(form, speed, **changes):
     numbers = dataclasses.replace(NUMBERS, toe_off_form=form, **changes)
     inertias = controllers.Inertias(torso=f(12.0), leg_mass=f(6.0), damping=f(1.0))
-    return float(controllers.toe_off_torque(numbers, inertias, f(0.9), f(speed), f(0.3), f(0.0)))
+    return float(controllers.toe_off_torque(numbers, inertias, f(0.9), f(speed), f(-0.3), f(0.3), f(0.0)))
 
 
 def test_the_papers_toe_off_restores_the_speed_lost():
     # Eqs 14-22: dv = 1 x 1 - 0.8 = 0.2 m/s; da' = 0.2 / (0.9 cos 0.3) = 0.23261 rad/s;
-    # J_leg = 12 kg x 0.9^2 / 3 = 3.24; tau = c da' + (12 + 3.24) 0.23261 / 0.05 = 0.2326 + 70.90.
+    # Legs of 12 kg and 0.9 m, 0.6 rad apart, about the front ankle: 3.24 of the front one; of the trailing
+    # one, by the law of cosines, 0.81 + 12 x 0.81 (1.25 - cos 0.6) = 4.9377;
+    # tau = c da' + (12 + 8.1777) 0.23261 / 0.05 = 0.2326 + 93.870.
     restored = functools.partial(toe_off, "paper", toe_off_speed=1.0)
-    assert restored(0.8) == pytest.approx(71.13, abs=0.01)
+    assert restored(0.8) == pytest.approx(94.10, abs=0.01)
+    # Before, J_leg was 12 kg x 0.9^2 / 3 = 3.24: 0.2326 + (12 + 3.24) 0.23261 / 0.05 = 71.13.
+    assert toe_off("one-leg", 0.8, toe_off_speed=1.0) == pytest.approx(71.13, abs=0.01)
     # Half the time, twice the effort; the damping's share stays.
-    assert restored(0.8, toe_off_duration=0.025) == pytest.approx(142.03, abs=0.01)
+    assert restored(0.8, toe_off_duration=0.025) == pytest.approx(187.97, abs=0.01)
     assert restored(1.0) == pytest.approx(0.0, abs=1e-4)
     assert restored(1.5) == 0.0  # the foot cannot pull
     # The speed that is aimed at may be more at touch-down than on the mean.
-    assert toe_off("paper", 1.1, toe_off_speed=1.3) == pytest.approx(71.13, abs=0.01)
+    assert toe_off("paper", 1.1, toe_off_speed=1.3) == pytest.approx(94.10, abs=0.01)
 
 
 def test_the_tuned_toe_off_is_a_line_in_the_speed_lost():
@@ -216,7 +221,7 @@ def test_left_and_right_are_mirror_images(elapsed):
     np.testing.assert_array_equal(mirrored[::-1], told(elapsed))
 
 
-@pytest.mark.parametrize("form", ["linear", "paper"])
+@pytest.mark.parametrize("form", ["linear", "paper", "one-leg"])
 def test_similar_bodies_are_told_similar_things(form):
     """Lengths by h, times by sqrt h, torques by m h: the commands of the tall are those of the small."""
     numbers = dataclasses.replace(NUMBERS, toe_off_form=form)
@@ -229,7 +234,9 @@ def test_similar_bodies_are_told_similar_things(form):
         inertias = controllers.Inertias(
             torso=12.0 * ratio.inertia, leg_mass=6.0 * ratio.mass, damping=1.0 * ratio.rotational_damping
         )
-        torque = controllers.toe_off_torque(own, inertias, bones.leg, 0.9 * ratio.speed, f(0.3), f(0.1))
+        torque = controllers.toe_off_torque(
+            own, inertias, bones.leg, 0.9 * ratio.speed, f(-0.3), f(0.3), f(0.1)
+        )
         torque, seconds = controllers.push_off(own, 60.0 * ratio.torque, torque)
         clock = StepClock(
             stance=jnp.int32(0), elapsed=elapsed * ratio.time, length=0.8 * ratio.length,

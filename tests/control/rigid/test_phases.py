@@ -124,11 +124,11 @@ def test_without_the_step_back_a_foot_ahead_lands_whatever_the_speed():
 
 LEGS = {
     "rotational_damping": (80, "hip_damping knee_damping ankle_damping swing_damping swing_knee_damping "
-                               "landing_knee_damping swing_ankle_damping"),
+                               "landing_knee_damping swing_ankle_damping back_knee_damping"),
     "rate": (0.5, "hip_rate_max swing_rate_max"),
     "speed": (2, "hip_speed_min"),
     "torque": (40, "knee_stiffness ankle_stiffness push_off_torque swing_stiffness swing_knee_stiffness "
-                   "landing_knee_stiffness swing_ankle_stiffness knee_stop"),
+                   "landing_knee_stiffness swing_ankle_stiffness knee_stop back_knee_stiffness ankle_stop"),
     "time": (2, "knee_seconds toe_off_seconds landing_seconds landing_time passing_seconds"),
     "length": (4, "landing_capture back_ahead"),
     "force": (10, "back_force"),

@@ -10,7 +10,7 @@ from jaxwalk import cli
 from jaxwalk.measure.evaluate import evaluation
 from jaxwalk.measure.gait import measures, report, signals
 
-OPTIONS = "--walkers 4 --seconds 12".split()
+OPTIONS = "--walkers 4 --seconds 12 --speeds 0.9,2.9".split()
 
 
 @pytest.fixture(scope="module")
@@ -144,3 +144,15 @@ def test_who_only_falls_has_no_gait(tmp_path, capsys):
     assert code == 2 and error.count("\n") == 1
     assert "no whole stride" in error and "4 of 4 walkers fell" in error
     assert list(tmp_path.iterdir()) == []
+
+
+def test_other_speeds_are_told_beside_people_at_the_same(result):
+    """Van der Zee's people at 0.9 m/s: 0.61 m; who is asked for what nobody can walk is told as fallen."""
+    slow, far = result["speeds"]
+    told = {name: one["mean"] for name, one in slow["measures"].items()}
+    assert (slow["asked"], slow["fell"]) == (0.9, 0)
+    assert told["speed"] == pytest.approx(0.9, abs=0.12)
+    assert told["step_length"] * told["cadence"] / 60 == pytest.approx(told["speed"], rel=0.03)
+    people = slow["measures"]["step_length"]["human"]
+    assert people["source"] == "van der Zee 2022" and people["mean"] == pytest.approx(0.61, abs=0.05)
+    assert far["asked"] == 2.9 and (far["measures"] is None) == (far["fell"] == 4)
