@@ -21,6 +21,7 @@ SEEDS = (0, 1, 2)
 PROGRAMS = {"jaxwalk": [sys.executable, "-m", "jaxwalk"], "python": [sys.executable]}
 WORDS = {
     "pushes": "--impulses -125,-110,-95,-80,-60,-40,40,60,80,95,110,125,140",
+    "hard": "--impulses -95,-80,-65,-50,-40,40,60,80,95,110",
     "walls": "--walkers 64 --seconds 20 --impulses -40,30",
     "six": "--impulses -60,-45,-30,30,45,60",
     "legs": "torso+0.2,swing-thigh,swing-shank,stance-thigh,stance-shank",
@@ -32,6 +33,8 @@ WORDS = {
 JOBS = """
 evaluate/evaluate.json | jaxwalk evaluate shipped {pushes} --json {at} | {s}
 fixed/evaluate.json | jaxwalk evaluate fixed {pushes} --json {at} | {s}
+late/evaluate.json | jaxwalk evaluate shipped --delay 0.02 --motor-strength 0.8 {hard} --json {at} | {s}
+twice/evaluate.json | jaxwalk evaluate shipped --push-again 1 {hard} --json {at} | {s}
 push-map | jaxwalk push-map shipped --out {at} | --impulses -40,40 --phases 2 --replicas 2
 push-map-points | jaxwalk push-map shipped --points {legs} {six} --out {at} | --phases 2 --replicas 1
 walls/evaluate.json | jaxwalk evaluate shipped --model walls {walls} --json {at} | {s}

@@ -1,4 +1,4 @@
-"""Configurations written down, now and before: in files of before, fields that came later mean what was so then.
+"""Configurations written down, now and before: in files of before, fields that came later mean what was so.
 
 Files hold every field of their time (`to_dict`); one that is left out of theirs by hand has today's default.
 """

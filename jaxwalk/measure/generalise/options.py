@@ -30,7 +30,7 @@ NOBODY = "none"
 
 @dataclass(frozen=True)
 class GeneraliseArgs:
-    """How far a frozen policy generalises: bodies, loads, floors, motors, sensors, speeds, each changed alone.
+    """How far a frozen policy generalises: bodies, loads, floors, motors, sensors, speeds, each alone.
 
     The policy's own circumstances are always among those tried. The controllers know stature, mass and
     speed; of packs, forces, floors, motors, delays and noise they are not told.
