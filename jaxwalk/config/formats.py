@@ -40,6 +40,7 @@ _BEFORE: dict[int, dict[str, Any]] = {
         "gait": {
             "compliant": {"back_toe_off": 1.0, "balance_ankle": 100.0, "ankle_stop": 0.0, **_ONE_SPEED}
         },
+        "reward": {"work_weight": 0.0},
         "circumstances": {"share": 0.0}, "train": {"height_spread": 0.1, "mass_spread": 0.1},
         "pushes": {"impulse_forward": 130.0, "impulse_backward": 110.0},
     },

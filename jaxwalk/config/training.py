@@ -51,6 +51,9 @@ class RewardConfig:
     while the body is still over the other one, and so pays for short steps."""
     length_weight: float = 0.02
     """Weight of ((l - l_nominal) / 0.3 m)^2, l_nominal being Boulic's step at v_desire."""
+    work_weight: float = 0.1
+    """Weight of (c / 0.1)^2, c being the positive work of all joints over about a step, to weight and way at
+    the speed desired, J/(N m): of joints moved by torques."""
     fall: float = -10.0
     """Added when the walker falls."""
 

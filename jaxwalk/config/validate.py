@@ -140,6 +140,12 @@ def check(config: Config) -> None:
     for name in _BELOW_ONE:
         _require(0 <= values[name] < 1, name, values[name], "a number from 0 up to, not including, 1")
     ddpg, gait = config.ddpg, config.gait
+    _require(
+        config.reward.work_weight == 0 or config.physics.drives == "torque",
+        "reward.work-weight",
+        config.reward.work_weight,
+        "0, for the work of joints that are not moved by torques is not measured",
+    )
     met = config.circumstances
     _require(0 <= met.share <= 1, "circumstances.share", met.share, "a number from 0 to 1")
     _require(met.delay <= DELAY_MOST, "circumstances.delay", met.delay, f"at most {DELAY_MOST:g} s")

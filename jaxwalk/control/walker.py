@@ -30,6 +30,8 @@ class Walker(struct.PyTreeNode):
       tick: ticks lived.
       walls: [2] normal force of the left and the right wall in the last tick, N; None in the plane.
       drives: what Gazebo's drives remember; None with servos.
+      effort: positive power of all joints, averaged over about the time of a nominal step, W; None of joints
+        that are not moved by torques.
       late: what instruments told and is not known yet; None for who bears nothing.
     """
 
@@ -43,6 +45,7 @@ class Walker(struct.PyTreeNode):
     tick: Int[Array, ""]
     walls: Float[Array, "2"] | None = None
     drives: drives.Drives | None = None
+    effort: Float[Array, ""] | None = None
     late: latency.Late | None = None
 
 
@@ -107,8 +110,9 @@ def start(
     walls = jnp.zeros(2) if where.walls else None
     motors = drives.start(where) if setup.physics.drives == "gazebo" else None
     late = None if person.burden is None else latency.start(setup.timestep, estimate)
+    effort = zero if setup.physics.drives == "torque" else None
     return Walker(
-        person, plant, state, estimate, clock, pushes.none(), key, jnp.int32(0), walls, motors, late
+        person, plant, state, estimate, clock, pushes.none(), key, jnp.int32(0), walls, motors, effort, late
     )
 
 
@@ -160,6 +164,10 @@ def drive(setup: Setup, walker: Walker) -> tuple[Walker, Float[Array, "A"], Floa
             told = strength.of_share(
                 setup.physics.actuators, person.ratio, person.burden.strength, told, rates
             )
+    if walker.effort is not None:
+        power = jnp.sum(jnp.maximum(told * where.sagittal(walker.plant.qvel).reshape(6), 0.0))
+        share = setup.timestep / person.gait.duration_nominal
+        walker = walker.replace(effort=walker.effort + share * (power - walker.effort))
     if walker.drives is None:
         return walker, where.control(told), loads
     motors, torques = drives.tick(

@@ -7,9 +7,9 @@ from collections.abc import Callable
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from jaxwalk.config import RewardConfig
+from jaxwalk.config import GRAVITY, RewardConfig
 from jaxwalk.control import posture, sensors, step_clock
-from jaxwalk.control.person import Person, skeleton
+from jaxwalk.control.person import Person, reference_body, skeleton
 from jaxwalk.control.walker import Walker
 from jaxwalk.model.engine import Setup
 
@@ -19,7 +19,7 @@ ACTIONS = ("length", "duration")
 # hip height; at 1 m/s and 1.8 m the step is 0.633 m.
 _BOULIC = 0.633
 # Scales of the reward's squares.
-_SPEED, _PITCH, _ZMP, _LENGTH = 0.5, 0.2, 0.3, 0.3
+_SPEED, _PITCH, _ZMP, _LENGTH, _WORK = 0.5, 0.2, 0.3, 0.3, 0.1
 
 _Seen = Callable[[Setup, Walker, Float[Array, ""]], Float[Array, ""]]
 
@@ -130,5 +130,8 @@ def reward(
         + config.zmp_weight * (_zmp(setup, state) / _ZMP) ** 2
         + config.length_weight * ((length - usual) / (_LENGTH * ratio.length)) ** 2
     )
+    if state.effort is not None:
+        weight = GRAVITY * reference_body(setup).mass * ratio.mass
+        cost += config.work_weight * (state.effort / (weight * desired) / _WORK) ** 2
     # A fall's own variables are arbitrary (a torso on its way down): it costs a constant.
     return jnp.where(fell, config.fall, jnp.exp(-cost))

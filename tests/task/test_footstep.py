@@ -1,5 +1,7 @@
 """What the policy is told, may answer and earns, in numbers worked by hand."""
 
+import dataclasses
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -149,6 +151,20 @@ def test_reward_by_hand():
     assert cost(somebody(), length=0.483) == pytest.approx(usual + 0.05, abs=1e-4)
     # Upright: the ZMP is all that is left, at -0.17558 - 0.5 / 9.81 x (0.32452 + 0.86618 + 0.0702).
     assert cost(somebody(), pitch=0.0) == pytest.approx(0.1 * (0.23985 / 0.3) ** 2, abs=1e-4)
+
+
+@pytest.mark.parametrize(("length", "mass", "speed"), [(1.0, 1.0, 1.0), (1.3, 2.0, 1.0), (1.0, 1.0, 1.4)])
+def test_work_costs_by_what_it_moves(length, mass, speed):
+    """0.2 J/(N m): twice the scale, so four times the weight."""
+    numbers = GaitConfig(speed_desired=speed)
+    state = landed(somebody(length, mass, numbers=numbers))
+    told = jnp.float32(speed), jnp.float32(0.633), jnp.bool_(False)
+    weights = dataclasses.replace(WEIGHTS, work_weight=0.05)
+    idle, hard = (
+        footstep.reward(weights, SETUP, state.replace(effort=jnp.float32(x)), *told)
+        for x in (0.0, 0.2 * 75.0 * mass * 9.81 * speed)
+    )
+    assert np.log(idle / hard) == pytest.approx(4 * 0.05, rel=1e-4)
 
 
 def test_a_fall_costs_the_same_however_it_looks():
