@@ -41,13 +41,13 @@ walls/evaluate.json | jaxwalk evaluate shipped --model walls {walls} --json {at}
 walls/trained-there.json | jaxwalk evaluate docs/paper/policies/walls-0.safetensors {walls} --json {at} | {s}
 agreement | jaxwalk agreement shipped --out {at} | {s}
 sensitivity | jaxwalk sensitivity shipped --out {at} | {s} {one}
-generalise | jaxwalk generalise shipped --walkers 32 --out {at} | {s} --only stature
+generalise | jaxwalk generalise shipped --walkers 32 --beside replan --out {at} | {s} --only stature
 policy.png | python scripts/draw_policy.py shipped --out {at} | --walkers 16 --seconds 5
 gait | jaxwalk gait shipped --speeds 0.7,0.9,1.1,1.25 --out {at} | --walkers 4 --seconds 8
 bench-cpu.json | jaxwalk bench --seconds 2 --json {at} | --walkers 16 --seconds 0.2
 deploy/latency.json | jaxwalk bench --deploy shipped --json {at} | --seconds 0.2
 deploy/walk.json | python scripts/deploy_walk.py --json {at} | --seconds 5 --walkers 1 --phases 1 --replicas 1
-push-back-70.png | jaxwalk render shipped --push -70 --push-time 2.5 --seconds 7 --width 1920 --out {at} |
+push-back-95.png | jaxwalk render shipped --push -95 --push-time 2.5 --seconds 6 --width 1920 --out {at} |
 ddpg-{seed} | env JAX_NUM_CPU_DEVICES=1 jaxwalk train --seed {seed} --run-dir {at} | --preset smoke
 quick-{seed} | jaxwalk train --preset quick --seed {seed} --run-dir {at} | --preset smoke
 td3-{seed} | jaxwalk train --preset quick --ddpg.twin --seed {seed} --run-dir {at} | --preset smoke

@@ -93,12 +93,13 @@ def test_an_impulse_list_may_begin_with_a_minus(jaxwalk_cli, called, argv):
 def test_evaluate_hands_on_every_option(jaxwalk_cli, called, tmp_path):
     argv = "--walkers 3 --seconds 5 --speed 0.8 --impulses 10 --phases 4 --replicas 2 --push-height -0.2"
     argv += " --push-duration 0.05 --height 1.5 --mass 50 --noise 0 --seed 9 --engine mujoco --model walls"
-    argv += " --actuators exoskeleton"
+    argv += " --actuators exoskeleton --slope 2 --delay 0.01 --motor-strength 0.9 --push-again 1.5"
     assert jaxwalk_cli("evaluate", "shipped", *argv.split(), "--json", tmp_path / "e.json") == (0, "", "")
     assert dataclasses.asdict(called[0][0]) == {
         "policy": "shipped", "walkers": 3, "seconds": 5.0, "speed": 0.8, "impulses": (10.0,), "phases": 4,
         "replicas": 2, "push_height": -0.2, "push_duration": 0.05, "height": 1.5, "mass": 50.0, "noise": 0.0,
         "seed": 9, "engine": "mujoco", "model": "walls", "actuators": "exoskeleton",
+        "slope": 2.0, "delay": 0.01, "motor_strength": 0.9, "push_again": 1.5,
         "json": tmp_path / "e.json",
     }  # fmt: skip
 

@@ -214,7 +214,7 @@ def test_the_page_says_the_known_numbers(document):
     assert "30 left and 31 right strides of 8 walkers, of whom 1 fell" in said
     assert "Of 1 measures whose range in people is known, 0 lie within it" in said
     assert "tick at 0.91" in said
-    assert "of the walkers of fixed stay up in 28 of 28" in said
+    assert "of the walkers of fixed stay up in 36 of 36" in said
     # Wilson, 95 %: 16 of 16 is [0.806, 1]; cells that agree fully overlap.
     assert "overlap in 100.0 % of 72 cells" in said
     assert named.load("shipped").digest in said

@@ -18,7 +18,7 @@ from jaxwalk.task.stepper import Task
 
 WALKERS, WINDOWS, AGAIN = 4, 200, 3
 CONFIG = Config(
-    pushes=PushConfig(rate=0.6, impulse_forward=170.0, impulse_backward=170.0),
+    pushes=PushConfig(rate=0.6, impulse_forward=300.0, impulse_backward=300.0),
     train=TrainConfig(walkers=WALKERS, episode_seconds=1.5),
     task=TaskConfig(replan=AGAIN),
 )

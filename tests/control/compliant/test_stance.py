@@ -19,7 +19,7 @@ LEGS = CompliantConfig(
     knee_seconds=0.2, ankle_stiffness=300.0, ankle_slack=0.1, ankle_damping=5.0, ankle_capture_gain=100.0,
     push_off_angle=0.2, push_off_ramp=0.1, push_off_torque=100.0, push_off_gain=200.0, push_off_share=1.0,
     push_off_ankle=0.3, landing_time=0.6, landing_capture=0.4, balance_ankle=0.5, ankle_stop=200.0,
-    ankle_end=0.8,
+    ankle_end=0.8, length_speed=0.0, duration_speed=0.2, capture_speed=0.1, push_off_speed=0.0,
 )  # fmt: skip
 NUMBERS = GaitConfig(compliant=LEGS, speed_desired=1.0)
 BODY = Skeleton(
@@ -156,6 +156,17 @@ def test_balancing_by_the_toes_ends_before_the_leg_vaults(ankle, error, torque):
 def test_either_leg_may_stand():
     seen = estimate(left=(0, 0.9, 0), right=(0, 0.3, 0))
     assert stance.knee(NUMBERS, clock(0.2, stance=1), seen) == pytest.approx(-50.0, abs=1e-3)
+
+
+def test_who_is_asked_for_more_has_another_landing_and_push():
+    """0.5 m/s more: the landing 0.1 s later, the capture point 0.05 m further ahead; 30 N m s/m of push."""
+    legs = dataclasses.replace(LEGS, push_off_speed=30.0)
+    quick = dataclasses.replace(NUMBERS, speed_desired=1.5, compliant=legs)
+    assert stance.push_off(quick, estimate(1.5)) == pytest.approx(115.0)
+    seen = estimate(1.0)
+    ahead = float(where(seen).capture - where(seen).ankle[0])
+    error = stance.capture_error(quick, BODY, clock(0.2), where(seen))
+    assert error == pytest.approx(ahead * np.exp(ROOT * 0.5) - 0.45, abs=1e-4)
 
 
 def test_a_slower_walker_pushes_more_and_a_fast_one_not_at_all():

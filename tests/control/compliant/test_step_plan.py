@@ -118,8 +118,9 @@ def test_it_is_a_step_back_beyond_a_margin(ahead, back):
     [{}, {"ahead": 0.25}, {"ahead": 0.1, "pitch": 0.2}, {"ahead": -0.1}, {"ahead": -0.1, "swing": 0.1}],
 )
 def test_similar_bodies_plan_similar_steps(size, told):
-    """Lengths as the stature, times as its root."""
-    numbers = Person.of(NUMBERS, f(1.8 * size), f(60.0)).gait
+    """Lengths as the stature, times as its root, who are asked for similar speeds."""
+    asked = dataclasses.replace(NUMBERS, speed_desired=size**0.5)
+    numbers = Person.of(asked, f(1.8 * size), f(60.0)).gait
     own = planned(**told, numbers=numbers, size=size)
     np.testing.assert_allclose(own, planned(**told) * [size, size**0.5], rtol=1e-5)
 
