@@ -119,7 +119,8 @@ def _replayed(task, numbers, params, body, start, readings):
         index, sensed = row
         answered = stepper.decide(state, policy.act(params, state.observation))
         # As in the windows of training, a touch-down waits for its answer. The runtimes answer it at once: the
-        # same while the trailing leg pushes. Of planned steps, where it may not, it is answered at once here.
+        # same as long as the trailing leg pushes. In a planned step it may not, so there it is answered at
+        # once here, too.
         waits = task.replan > 0 or numbers.steps != "planned"
         state = stepper.select((index % task.setup.window_ticks == 0) | (not waits), answered, state)
         body = state.walker
