@@ -118,7 +118,7 @@ def _replayed(task, numbers, params, body, start, readings):
     def tick(state, row):
         index, sensed = row
         answered = stepper.decide(state, policy.act(params, state.observation))
-        # As in the windows of training, a touch-down waits for its answer. The runtimes answer it at once: the
+        # As in the windows of training, a touch-down waits for its answer. Runtimes answer it at once: the
         # same as long as the trailing leg pushes. In a planned step it may not, so there it is answered at
         # once here, too.
         waits = task.replan > 0 or numbers.steps != "planned"
