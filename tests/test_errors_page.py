@@ -11,12 +11,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = " ".join((ROOT / "docs" / "errors.md").read_text(encoding="utf-8").split())
-RAISED = (
-    "UserError",
-    "NoStride",
-    "Agreed",
-    "Bad",
-)  # a reason of the second becomes part of a message of the first
+# A reason of the third becomes part of a message of the first.
+RAISED = ("UserError", "NoStride", "Agreed", "Bad")
 TREES = {path: ast.parse(path.read_text()) for path in sorted((ROOT / "jaxwalk").rglob("*.py"))}
 LEAST = 8  # characters: what is shorter stands in many messages
 

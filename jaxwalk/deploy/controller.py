@@ -75,9 +75,8 @@ class Controller:
         numbers = dataclasses.replace(self.person.gait, speed_desired=np.float32(speed))
         self.person = dataclasses.replace(self.person, gait=numbers)
         trained = self.policy.manifest["numbers"]["speed_desired"]["value"]
-        low, high = self.policy.manifest.get(
-            "speeds", (trained, trained)
-        )  # which files of before do not tell
+        # Files of before do not tell the speeds: they have one.
+        low, high = self.policy.manifest.get("speeds", (trained, trained))
         return bool(low - 1e-6 <= speed <= high + 1e-6)
 
     @classmethod
