@@ -155,17 +155,17 @@ def drive(setup: Setup, walker: Walker) -> tuple[Walker, Float[Array, "A"], Floa
     told = command(setup, walker)
     walker = walker.replace(push=pushes.met(walker.push, walker.tick, walker.gait.stance))
     loads = pushes.loads(walker.push, walker.tick, walker.plant.qpos[2])
+    rates = where.sagittal(walker.plant.qvel).reshape(6)
     if person.burden is not None:
         masses = anthropometry.masses(reference_body(setup)) * person.ratio.mass
         loads = loads.at[0].set(burdens.felt(person.burden, masses[0], loads[0], walker.plant.qpos[2]))
         loads = loads.at[:, 0].add(burdens.downhill(masses, person.burden))
         if setup.physics.actuators != "unlimited":
-            rates = where.sagittal(walker.plant.qvel).reshape(6)
             told = strength.of_share(
                 setup.physics.actuators, person.ratio, person.burden.strength, told, rates
             )
     if walker.effort is not None:
-        power = jnp.sum(jnp.maximum(told * where.sagittal(walker.plant.qvel).reshape(6), 0.0))
+        power = jnp.sum(jnp.maximum(told * rates, 0.0))
         share = setup.timestep / person.gait.duration_nominal
         walker = walker.replace(effort=walker.effort + share * (power - walker.effort))
     if walker.drives is None:
