@@ -55,12 +55,13 @@ LEGS: dict[str, tuple[float, float]] = {
     "push_off_speed": (-60, 150),
     "landing_seconds": (0.03, 0.35), "swing_sole": (-0.4, 0.4), "swing_ankle_most": (0.0, 0.6),
     "passing_seconds": (0.0, 0.12), "back_ahead": (-0.4, 0.3), "back_force": (40, 300),
-    "balance_ankle": (0.02, 0.8), "back_toe_off": (0, 1), "back_knee": (0.2, 1.6),
-    "back_knee_stiffness": (1, 400), "back_knee_damping": (0.5, 30),
+    "balance_ankle": (0.02, 0.8), "back_toe_off": (0, 1), "back_pitch_gain": (-1, 1.5),
+    "back_knee": (0.2, 1.6), "back_knee_stiffness": (1, 400), "back_knee_damping": (0.5, 30),
 }  # fmt: skip
 RULE: dict[str, tuple[float, float]] = {
     "length": (0.5, 0.95), "duration": (0.45, 0.85), "capture": (0.1, 0.8), "length_gain": (-1, 2),
-    "pitch_gain": (-1, 3), "duration_gain": (0, 1.2), "duration_least": (0.25, 0.45),
+    "pitch_gain": (-1, 3), "pitch_least": (-0.6, 0.1),
+    "duration_gain": (0, 1.2), "duration_least": (0.25, 0.45),
     "back_margin": (-0.1, 0.15), "back_reach": (-0.1, 0.4), "back_gain": (0, 3),
     "back_least": (0.06, 0.35), "back_speed": (1, 6), "back_time": (0.08, 0.4),
 }  # fmt: skip
@@ -77,8 +78,9 @@ BEFORE = {
     "swing_ankle_damping": 1.5,
     "balance_ankle": 100.0,
 }
-"""What was not searched at first, with the numbers that walks had then."""
-BACK = ("knee", "knee_stiffness", "knee_damping")
+PLAN_BEFORE = {"pitch_least": -10.0}
+"""What was not searched at first, of the legs and of the rule, with the numbers that walks had then."""
+BACK = ("pitch_gain", "knee", "knee_stiffness", "knee_damping")
 """Of these numbers of the swing, a step back had none of its own before."""
 STEADY = ("length", "duration", "capture")
 """Of these, what stands elsewhere: the nominal step, and the capture point as it ends (`unpack`)."""
@@ -93,13 +95,13 @@ ROUGH = {
     "swing_rate_max": 9.0, "swing_knee": 0.69, "swing_knee_stiffness": 3.3, "swing_knee_damping": 11.0,
     "landing_knee": 0.29, "landing_knee_stiffness": 190.0, "landing_knee_damping": 13.0,
     "landing_seconds": 0.073, "swing_sole": -0.15, "swing_ankle_most": 0.3, "passing_seconds": 0.05,
-    "back_ahead": 0.05, "back_force": 120.0, "back_toe_off": 0.5, "back_knee": 0.9,
+    "back_ahead": 0.05, "back_force": 120.0, "back_toe_off": 0.5, "back_pitch_gain": 0.5, "back_knee": 0.9,
     "length_speed": 0.3, "duration_speed": -0.2, "capture_speed": 0.3, "push_off_speed": 20.0,
     "swing_ankle_stiffness": 40.0, "swing_ankle_damping": 1.0,
     "back_knee_stiffness": 40.0, "back_knee_damping": 4.0, "balance_ankle": 0.3, "length": 0.89,
-    "duration": 0.68, "capture": 0.41, "length_gain": -0.0064, "pitch_gain": 1.9, "duration_gain": 0.45,
-    "duration_least": 0.31, "back_margin": 0.013, "back_reach": 0.038, "back_gain": 1.3,
-    "back_least": 0.12, "back_speed": 3.0, "back_time": 0.23,
+    "duration": 0.68, "capture": 0.41, "length_gain": -0.0064, "pitch_gain": 1.9, "pitch_least": -0.2,
+    "duration_gain": 0.45, "duration_least": 0.31, "back_margin": 0.013, "back_reach": 0.038,
+    "back_gain": 1.3, "back_least": 0.12, "back_speed": 3.0, "back_time": 0.23,
 }  # fmt: skip
 """Where a search begins: a walk that is too slow and falls backward at 30 N s."""
 
@@ -158,10 +160,11 @@ def pack(numbers: dict[str, float]) -> np.ndarray:
     return np.clip((np.array([numbers[n] for n in RANGES]) - low) / (high - low), 0.001, 0.999)
 
 
-def filled(legs: dict[str, float]) -> dict[str, float]:
-    """What a search found, with what was not searched then."""
+def filled(told: dict[str, Any]) -> dict[str, Any]:
+    """What a search found, its legs and rule with what was not searched then."""
+    legs = told["legs"]
     swing = {f"back_{name}": legs[f"swing_{name}"] for name in BACK if f"swing_{name}" in legs}
-    return BEFORE | swing | legs
+    return told | {"legs": BEFORE | swing | legs, "rule": PLAN_BEFORE | told["rule"]}
 
 
 class Trials:
@@ -178,9 +181,10 @@ class Trials:
         self.impulse, self.phase = np.array([case[:2] for case in cases], np.float32).T
         self.where = np.array([case[2] for case in cases])
         met = [HARD[name] if name else Circumstance() for name in self.where]
-        self.speed, self.noise = (
-            np.array([getattr(x, n) for x in met], np.float32) for n in ("speed", "noise")
+        self.speed, self.noise, again = (
+            np.array([getattr(x, n) for x in met], np.float32) for n in ("speed", "noise", "again")
         )
+        self.again = np.round(again / config.physics.timestep).astype(np.int32)
         borne = [one.burden for one in met]
         borne = [  # half of them late by a quarter, a half, three quarters of it: a way there
             dataclasses.replace(one, delay=one.delay * min(1.0, (i % 6 + 1) / 4))
@@ -230,7 +234,9 @@ class Trials:
         # The golden ratio's multiples fill the interval evenly.
         impulse = self.impulse * (1 - plan.weaker * (turn * 0.618034 % 1))
         scenario = scenarios.batch(self.config, impulse, phase, keys).replace(
-            burden=jax.tree.map(jnp.asarray, self.burden), noise=jnp.asarray(self.noise)
+            burden=jax.tree.map(jnp.asarray, self.burden),
+            noise=jnp.asarray(self.noise),
+            again=jnp.asarray(self.again),
         )
         tiled = jax.tree.map(lambda x: jnp.concatenate([x] * self.candidates), scenario)
         profile = Profile(jnp.zeros((many, BINS)), jnp.asarray(rule["duration"]))
@@ -339,8 +345,8 @@ def main(args: Args) -> None:
             "capture": gait.compliant.landing_capture,
         }
     elif args.begin:
-        told = json.loads(Path(args.begin).read_text())
-        start |= {n: x for n, x in (filled(told["legs"]) | told["rule"]).items() if n in RANGES}
+        told = filled(json.loads(Path(args.begin).read_text()))
+        start |= {n: x for n, x in (told["legs"] | told["rule"]).items() if n in RANGES}
     bounds = np.tile([0.0, 1.0], (len(RANGES), 1))
     cma = cmaes.SepCMA(
         pack(start), args.sigma, bounds=bounds, population_size=args.population, seed=args.seed

@@ -1,6 +1,6 @@
 """What searches have found: how strong a push each walk holds, against the work that it does.
 
-    python scripts/tune_front.py docs/results/search/*.json --out docs/results/search/front
+    python scripts/tune_front.py docs/results/search/search-*.json --replicas 8 --out front
 
 Each file is of ``scripts/tune.py``. A threshold is the largest push that, with every smaller one, is
 survived by 95 % at the worst of 16 phases.
@@ -53,12 +53,7 @@ def threshold(rates: dict[float, float], sign: int) -> float:
 
 def tried(bench: tune.Trials, numbers: dict[str, Any], replicas: int) -> dict[str, Any]:
     """One walk's measures, worst phases and thresholds."""
-    numbers["legs"] = tune.filled(numbers["legs"])
-    told = {**numbers["legs"], **numbers["rule"]}
-    if missing := sorted(set(tune.RANGES) - set(told)):
-        sys.exit(
-            f"{numbers['options']['out']}: it lacks {', '.join(missing)}; give a file of scripts/tune.py"
-        )
+    numbers = tune.filled(numbers)
     legs, rule = (
         {n: np.array([x], np.float32) for n, x in numbers[part].items()} for part in ("legs", "rule")
     )
@@ -100,13 +95,17 @@ def draw(rows: dict[str, dict[str, Any]]) -> Any:
 
 def main(args: Args) -> None:
     """Try each, write the table and the picture."""
+    found = {path: json.loads(path.read_text()) for path in args.found}
+    for path, numbers in found.items():
+        if not {"legs", "rule", "options"} <= set(numbers):
+            sys.exit(f"{path}: not of a search; give files of scripts/tune.py")
     config = PRESETS["default"]
     bench = tune.Trials(
         config, 1, tune.Plan(IMPULSES, calm=16, phases=16, offsets=1, weaker=0.0, seconds=14.0, hard=())
     )
     rows = {}
-    for path in sorted(args.found, key=lambda path: (len(path.stem), path.stem)):
-        rows[path.stem] = row = tried(bench, json.loads(path.read_text()), args.replicas)
+    for path in sorted(found, key=lambda path: (len(path.stem), path.stem)):
+        rows[path.stem] = row = tried(bench, found[path], args.replicas)
         print(path.stem, f"{row['forward']:.0f} / {row['backward']:.0f} N s", row["measures"], flush=True)
     args.out.parent.mkdir(parents=True, exist_ok=True)
     told = provenance.stamp("scripts/tune_front.py", args, None, config) | {"walks": rows}

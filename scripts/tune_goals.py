@@ -59,20 +59,25 @@ USUAL = Burden(0.0, 0.0, 0.0, 0.0, Config().physics.friction)
 
 @dataclass(frozen=True)
 class Circumstance:
-    """Walkers that bear something, are asked for another speed, or see less; what it costs that nobody
-    survives each impulse there, 0 being none; what their speed should be off by."""
+    """Walkers that bear something, are asked for another speed, see less, or are pushed ``again`` after so
+    many seconds; what it costs that nobody survives each impulse there, 0 being none; what their speed should
+    be off by."""
 
     prices: tuple[tuple[float, float], ...] = ((0.0, 6.0), (45.0, 3.0), (-45.0, 3.0))
     burden: Burden = USUAL
     speed: float = 1.0
+    again: float = 0.0
     noise: float = 1.0
     off: Goal = Goal(0.15, 0.4)
 
 
 HARD = {
     "late": Circumstance(
-        ((0.0, 10.0), (62.0, 7.0), (84.0, 7.0), (-50.0, 7.0), (-68.0, 7.0)),
+        ((0.0, 10.0), (62.0, 7.0), (84.0, 7.0), (102.0, 5.0), (-50.0, 7.0), (-68.0, 7.0)),
         dataclasses.replace(USUAL, delay=0.02, strength=0.8),
+    ),
+    "twice": Circumstance(
+        ((0.0, 1.0), (55.0, 5.0), (85.0, 4.0), (-40.0, 5.0), (-56.0, 8.0), (-75.0, 6.0)), again=1.0
     ),
     "uphill": Circumstance(burden=dataclasses.replace(USUAL, slope=math.radians(3))),
     "downhill": Circumstance(burden=dataclasses.replace(USUAL, slope=math.radians(-3))),

@@ -72,6 +72,10 @@ class CompliantConfig:
     """Share of the torso's pitch added to the swing hip's target (1: the thigh's angle to the vertical)."""
     swing_rate_max: float = 9.116
     """Largest rate of the swing hip's path, rad/s."""
+    swing_acceleration_most: float = 400.0
+    """Largest acceleration of the path, rad/s^2."""
+    swing_soonest: float = 0.03
+    """Time that it is planned ahead at least, s: when the step's is over it holds the goal."""
     swing_knee: float = 1.016
     """Flexion of the swing knee while the foot passes, rad."""
     swing_knee_stiffness: float = 5.513
@@ -119,6 +123,8 @@ class CompliantConfig:
     """Time after toe-off before which a contact is no touch-down, s."""
     back_toe_off: float = 0.2267
     """Share of `toe_off_seconds` in which the trailing leg pushes although its foot is sent behind."""
+    back_pitch_gain: float = 0.0
+    """`swing_pitch_gain` of a step back: the torso that falls back is not thrown further by its leg."""
     back_knee: float = 0.7669
     """Flexion of the swing knee in a step back, rad."""
     back_knee_stiffness: float = 342.3

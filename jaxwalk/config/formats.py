@@ -38,7 +38,8 @@ _BEFORE: dict[int, dict[str, Any]] = {
     },
     3: {
         "gait": {
-            "compliant": {"back_toe_off": 1.0, "balance_ankle": 100.0, "ankle_stop": 0.0, **_ONE_SPEED}
+            "compliant": {"back_toe_off": 1.0, "balance_ankle": 100.0, "ankle_stop": 0.0, **_ONE_SPEED},
+            "step_plan": {"pitch_least": -10.0},
         },
         "reward": {"work_weight": 0.0},
         "circumstances": {"share": 0.0}, "train": {"height_spread": 0.1, "mass_spread": 0.1},
@@ -77,7 +78,7 @@ def of_dict(data: Any) -> Config:
         if older == 3 and isinstance(gait := _at(told, "gait"), dict) and gait.get("toe_off_form") == "paper":
             told["gait"] = {**gait, "toe_off_form": "one-leg"}
         if older == 3 and isinstance(legs := _at(told, "gait", "compliant"), dict):
-            for name in ("knee", "knee_stiffness", "knee_damping"):
+            for name in ("pitch_gain", "knee", "knee_stiffness", "knee_damping"):
                 if f"swing_{name}" in legs:
                     legs.setdefault(f"back_{name}", legs[f"swing_{name}"])
     return from_dict(Config, told)

@@ -19,6 +19,8 @@ class StepPlanConfig:
     """Length for each m that the capture point will be further ahead at the landing."""
     pitch_gain: float = 0.9385
     """Length for each rad that the torso leans forward, m/rad."""
+    pitch_least: float = 0.0
+    """Pitch that counts for it at least, rad: who falls forward with the torso thrown back needs the foot."""
     duration_gain: float = 0.2236
     """Time by which the step is shorter for each m that the capture point will be further ahead, s/m."""
     length_least: float = 0.15

@@ -107,7 +107,7 @@ _POSITIVE += [f"gait.compliant.{name}" for name in ("pitch_nominal", "knee_secon
 _NOT_NEGATIVE += [
     f"gait.compliant.{field.name}"
     for field in dataclasses.fields(CompliantConfig)
-    if field.name.endswith(("_stiffness", "_damping", "_seconds", "_max"))
+    if field.name.endswith(("_stiffness", "_damping", "_seconds", "_max", "_stop", "_share", "_toe_off"))
 ]
 _BELOW_ONE = [
     "ddpg.gamma",

@@ -65,6 +65,8 @@ _COMPLIANT = {
     "swing_stiffness": "torque",
     "swing_damping": "rotational_damping",
     "swing_rate_max": "rate",
+    "swing_acceleration_most": "angular_acceleration",
+    "swing_soonest": "time",
     "swing_knee_stiffness": "torque",
     "swing_knee_damping": "rotational_damping",
     "knee_stop": "torque",

@@ -13,12 +13,14 @@ from jaxwalk.config import CompliantConfig, GaitConfig, StepPlanConfig
 from jaxwalk.config.gait import RIGID, SHARED
 
 _LATER = {
-    "knee_stop": 0.0, "back_toe_off": 1.0, "balance_ankle": 100.0, "ankle_stop": 0.0, "ankle_end": 1.0,
-    "speed_usual": 0.0, "length_speed": 0.0, "duration_speed": 0.0, "capture_speed": 0.0,
-    "push_off_speed": 0.0,
+    "compliant_knee_stop": 0.0, "compliant_back_toe_off": 1.0, "compliant_balance_ankle": 100.0,
+    "compliant_ankle_stop": 0.0, "compliant_ankle_end": 1.0, "compliant_speed_usual": 0.0,
+    "compliant_length_speed": 0.0, "compliant_duration_speed": 0.0, "compliant_capture_speed": 0.0,
+    "compliant_push_off_speed": 0.0, "plan_pitch_least": -10.0, "compliant_swing_soonest": 0.03,
+    "compliant_swing_acceleration_most": 400.0,
 }  # fmt: skip
-"""Numbers of compliant legs that files of before do not tell, with what they meant."""
-_AS_SWING = ("knee", "knee_stiffness", "knee_damping")
+"""Numbers of compliant legs and their plan that files of before do not tell, with what they meant."""
+_AS_SWING = ("pitch_gain", "knee", "knee_stiffness", "knee_damping")
 """What a step back had no number of its own of, in such files."""
 PARTS: dict[str, tuple[str, Any]] = {
     "compliant": ("compliant_", CompliantConfig),
@@ -125,7 +127,7 @@ def build(manifest: dict[str, Any], height: float | None = None, mass: float | N
 
 def _of_before(numbers: dict[str, Any]) -> dict[str, Any]:
     """What files of before do not tell."""
-    constant = {f"compliant_{name}": {"value": x, "length": 0.0, "mass": 0.0} for name, x in _LATER.items()}
+    constant = {name: {"value": x, "length": 0.0, "mass": 0.0} for name, x in _LATER.items()}
     swing = {f"compliant_back_{name}": numbers.get(f"compliant_swing_{name}") for name in _AS_SWING}
     return constant | swing
 

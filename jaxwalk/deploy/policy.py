@@ -120,7 +120,7 @@ def _check(manifest: dict[str, Any]) -> None:
 
 
 def _is_strength(told: np.ndarray) -> bool:
-    """Whether torques fall from their largest to nothing as rates grow."""
+    """Whether torques fall from their largest on as rates grow."""
     _, three_quarters, half = told.transpose(1, 0, 2)
     sound = np.isfinite(told).all() and (told > 0).all()
     return bool(sound and (half > three_quarters).all() and (half >= 2 * three_quarters - 1e-6).all())

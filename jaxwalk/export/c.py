@@ -82,7 +82,7 @@ def _data(trained: policy.Policy, told: dict[str, Any]) -> str:
         "WINDOW_TICKS": told["decisions"]["window_ticks"],
         "LIMITED": int(told["strength"] is not None),
     }
-    known = [f"JAXWALK_{name.upper()}_SEEN" for name in get_args(Observable)]
+    known = [*(f"JAXWALK_{name.upper()}_SEEN" for name in get_args(Observable)), "JAXWALK_SEEN"]
     seen = ", ".join(f"JAXWALK_{name.upper()}_SEEN" for name in names)
     arrays = [
         array("jaxwalk_mean", trained.observation_mean),

@@ -99,15 +99,17 @@ static inline void jaxwalk_swing(const struct jaxwalk *w, float *torque) {
 static inline void jaxwalk_path(struct jaxwalk *w) {
     const int swing = 1 - w->stance;
     const float reach = jaxwalk_clamp(0.5f * w->length / (w->n.thigh + w->n.shank), -0.9f, 0.9f);
-    const float goal = asinf(reach) + w->n.compliant_swing_pitch_gain * w->now.pitch;
-    const float left = fmaxf(w->duration - w->elapsed, 0.03f);
+    const float gain = jaxwalk_back(w) ? w->n.compliant_back_pitch_gain : w->n.compliant_swing_pitch_gain;
+    const float goal = asinf(reach) + gain * w->now.pitch;
+    const float left = fmaxf(w->duration - w->elapsed, w->n.compliant_swing_soonest);
+    const float most = w->n.compliant_swing_acceleration_most;
     const float turn = 6.0f * (goal - w->path) / (left * left) - 4.0f * w->path_rate / left;
     if (jaxwalk_pushes(w)) {
         w->path = w->now.joints[swing][0];
         w->path_rate = w->now.rates[swing][0];
         return;
     }
-    w->path_rate = jaxwalk_clamp(w->path_rate + JAXWALK_TIMESTEP * jaxwalk_clamp(turn, -400.0f, 400.0f),
+    w->path_rate = jaxwalk_clamp(w->path_rate + JAXWALK_TIMESTEP * jaxwalk_clamp(turn, -most, most),
                                  -w->n.compliant_swing_rate_max, w->n.compliant_swing_rate_max);
     w->path += JAXWALK_TIMESTEP * w->path_rate;
 }
@@ -159,7 +161,8 @@ static inline void jaxwalk_plan(struct jaxwalk *w) {
     const float capture = jaxwalk_capture_point(w), stance = w->x[w->stance];
     const float error = jaxwalk_capture_error(w), more = jaxwalk_faster(w);
     const float usual = w->n.length_nominal + w->n.compliant_length_speed * more;
-    float length = usual + w->n.plan_length_gain * error + w->n.plan_pitch_gain * w->now.pitch;
+    const float pitch = fmaxf(w->now.pitch, w->n.plan_pitch_least);
+    float length = usual + w->n.plan_length_gain * error + w->n.plan_pitch_gain * pitch;
     float seconds = w->n.duration_nominal + w->n.compliant_duration_speed * more - w->n.plan_duration_gain * error;
     length = fmaxf(length, w->n.plan_length_least);
     seconds = jaxwalk_clamp(seconds, w->n.plan_duration_least, w->n.plan_duration_most);

@@ -146,7 +146,7 @@ static inline void jaxwalk_observe(struct jaxwalk *w) {
     const float pace = sqrtf(w->length_ratio);
     const float ahead = w->n.torso * sinf(w->now.pitch) - w->x[w->stance];
     const float above = w->n.torso * cosf(w->now.pitch) - w->z[w->stance] + w->n.foot;
-    float known[12];
+    float known[JAXWALK_SEEN];
     known[JAXWALK_SPEED_SEEN] = w->now.velocity / pace;
     known[JAXWALK_PITCH_SEEN] = w->now.pitch;
     known[JAXWALK_ZMP_SEEN] = (ahead - w->now.acceleration / JAXWALK_GRAVITY * above) / w->length_ratio;

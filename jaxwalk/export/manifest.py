@@ -56,12 +56,13 @@ _COMPLIANT_UNITS = {
     "rad": "pitch_nominal pitch_offset knee_loading knee_standing ankle_slack push_off_angle push_off_ramp "
     "push_off_ankle balance_ankle ankle_end swing_knee back_knee landing_knee swing_sole swing_ankle_most",
     "rad/s": "hip_rate_max swing_rate_max",
+    "rad/s^2": "swing_acceleration_most",
     "rad/m": "pitch_capture_gain",
     "m": "landing_capture back_ahead",
     "m/s": "hip_speed_min speed_usual",
     "s^2/m": "duration_speed",
     "s": "length_speed capture_speed "
-    "knee_seconds toe_off_seconds landing_seconds landing_time passing_seconds",
+    "knee_seconds toe_off_seconds landing_seconds landing_time passing_seconds swing_soonest",
     "N": "back_force",
     "N m": "push_off_torque",
     "N m/m": "ankle_capture_gain",
@@ -70,13 +71,14 @@ _COMPLIANT_UNITS = {
     "N m s/rad": "hip_damping knee_damping ankle_damping swing_damping swing_knee_damping "
     "back_knee_damping landing_knee_damping swing_ankle_damping",
     "N m s/m": "push_off_gain push_off_speed",
-    "1": "push_off_share swing_pitch_gain toe_off_knee_share landing_share back_toe_off",
+    "1": "push_off_share swing_pitch_gain toe_off_knee_share landing_share back_toe_off back_pitch_gain",
 }
 _STEP_PLAN_UNITS = {
     "m": "change_length length_least back_margin back_reach back_least",
     "s": "change_duration duration_least duration_most back_time back_soonest",
     "m/s": "back_speed",
     "m/rad": "pitch_gain",
+    "rad": "pitch_least",
     "s/m": "duration_gain",
     "1": "length_gain back_gain",
 }

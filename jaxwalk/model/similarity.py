@@ -45,6 +45,11 @@ class Similarity(struct.PyTreeNode):
         return self.length**-0.5
 
     @property
+    def angular_acceleration(self) -> Any:
+        """Ratio of angular accelerations."""
+        return 1.0 / self.length
+
+    @property
     def torque(self) -> Any:
         """Ratio of torques, and of rotational stiffness."""
         return self.mass * self.length

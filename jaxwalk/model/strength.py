@@ -80,8 +80,8 @@ def limited(
     if actuators == "unlimited":
         return torque
     own, turning = STRENGTHS[actuators], rate.reshape(2, 3) / body.rate
-    forth = body.torque * _left(own, 0, turning, jnp)
-    back = body.torque * _left(own, 1, -turning, jnp)
+    forth = body.torque * _left(own, 0, turning)
+    back = body.torque * _left(own, 1, -turning)
     return jnp.clip(torque.reshape(2, 3), -back, forth).reshape(6)
 
 
@@ -96,9 +96,9 @@ def of_share(
     return jnp.where(share < 1, share * limited(actuators, body, torque / share, rate), torque)
 
 
-def _left(own: Strength, way: int, rate: Any, xp: Any) -> Any:
+def _left(own: Strength, way: int, rate: Any) -> Any:
     """[2, 3] what is left of the largest torque of both legs at ``rate`` rad/s that way, N m."""
     most, c, d = (np.array(x[way], np.float32) for x in (own.most, own.three_quarters, own.half))
-    w = xp.maximum(rate, 0.0)
+    w = jnp.maximum(rate, 0.0)
     share = (2 * c * d + w * (d - 3 * c)) / (2 * c * d + w * (2 * d - 4 * c))
-    return most * xp.maximum(share, 0.0)
+    return most * jnp.maximum(share, 0.0)

@@ -47,14 +47,16 @@ def test_in_the_second_format_policies_commanded_each_step_and_were_asked_in_eve
         length_speed=0.0, duration_speed=0.0, capture_speed=0.0, push_off_speed=0.0,
     )  # fmt: skip
     assert before.circumstances.share == 0.0 and before.train.height_spread == 0.1
-    assert before.gait == dataclasses.replace(now.gait, steps="told", compliant=limp)
+    plan = dataclasses.replace(now.gait.step_plan, pitch_least=-10.0)
+    assert before.gait == dataclasses.replace(now.gait, steps="told", compliant=limp, step_plan=plan)
     assert (before.ddpg.return_steps, before.reward.zmp_weight, before.pushes.focus) == (1, 0.1, 0.0)
 
 
 def test_in_the_third_format_a_leg_stepped_back_as_it_swung():
-    told = {"swing_knee": 0.7, "swing_knee_stiffness": 12.0, "swing_knee_damping": 0.9}
-    before = of_dict({"format": 3, "gait": {"compliant": told}}).gait.compliant
-    assert (before.back_knee, before.back_knee_stiffness, before.back_knee_damping) == (0.7, 12.0, 0.9)
+    told = {"pitch_gain": 1.2, "knee": 0.7, "knee_stiffness": 12.0, "knee_damping": 0.9}
+    swing = {f"swing_{name}": number for name, number in told.items()}
+    before = of_dict({"format": 3, "gait": {"compliant": swing}}).gait.compliant
+    assert {name: getattr(before, f"back_{name}") for name in told} == told
     assert (before.back_toe_off, before.balance_ankle, before.ankle_stop) == (1.0, 100.0, 0.0)
     assert (before.length_speed, before.duration_speed, before.capture_speed, before.push_off_speed) == (
         0,

@@ -1,22 +1,18 @@
 """Gazebo's drives: the PID and the timed effort by hand, alone and under a whole walker."""
 
 import dataclasses
-import functools
-import re
 from pathlib import Path
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from jax.interpreters import partial_eval
 
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import BodyConfig, PidConfig, StepPlanConfig, validate
 from jaxwalk.config.presets import PRESETS
 from jaxwalk.control import drives, walker
-from jaxwalk.control.person import Person, model_of, skeleton
-from jaxwalk.control.rigid import controllers
+from jaxwalk.control.person import Person, model_of
 from jaxwalk.model import mjcf, physics
 from jaxwalk.model.engine import Setup
 from jaxwalk.model.similarity import Similarity
@@ -99,32 +95,6 @@ def test_both_ways_move_every_joint():
             assert jnp.count_nonzero(torque) == actuated
             effort = drives.begin(rest.effort, torque != 0, torque, jnp.int32(1))
             np.testing.assert_array_equal(drives.spend(effort)[1], torque)
-
-
-def test_with_servos_the_program_is_what_it_was():
-    """A default walker has no drives to remember, and its tick is the controllers, the plant, the sensors."""
-    config = PRESETS["rigid"]
-    setup = Setup.of(config)
-    who = Person.of(config.gait, jnp.float32(1.8), jnp.float32(75.0))
-    begun = walker.start(setup, who, jax.random.key(0), jnp.float32(1))
-    assert begun.drives is None
-    model = model_of(setup, who)
-
-    def plain(model, state):
-        who = state.person
-        told = controllers.command(who.gait, skeleton(setup, who), state.gait, state.estimate)
-        state = state.replace(push=walker.pushes.met(state.push, state.tick, state.gait.stance))
-        loads = walker.pushes.loads(state.push, state.tick, state.plant.qpos[2])
-        moved = physics.step(setup.body, setup.physics, model, state.plant, told, loads)
-        return walker.advance(setup, state, *moved, walker.noise(state, 1)[0])
-
-    def traced(tick):
-        # What nobody reads is not the program, nor are addresses of the functions that it calls.
-        whole = jax.make_jaxpr(tick)(model, begun).jaxpr
-        used, _ = partial_eval.dce_jaxpr(whole, [True] * len(whole.outvars))
-        return re.sub(r"0x[0-9a-f]+", "", str(used))
-
-    assert traced(plain) == traced(functools.partial(walker.tick, setup))
 
 
 def walks(config, engine, rows, seconds, noise=1.0):

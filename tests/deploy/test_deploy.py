@@ -14,8 +14,7 @@ import pytest
 from jaxwalk import deploy
 from jaxwalk.common import resources
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import Config, Observable
-from jaxwalk.config.presets import PRESETS
+from jaxwalk.config import Observable
 from jaxwalk.control import walker
 from jaxwalk.export import c, c_runtime, manifest, tensors
 from jaxwalk.learn.ddpg import networks
@@ -39,7 +38,7 @@ def quiet(config):
     return dataclasses.replace(config, sensors=dataclasses.replace(config.sensors, **own))
 
 
-COMPLIANT, QUIET, PLANNED = quiet(SUBJECT.config), quiet(RIGID.config), quiet(Config())
+COMPLIANT, QUIET = quiet(SUBJECT.config), quiet(RIGID.config)
 # The paper's toe-off and no step back; told of everything that there is to tell.
 PAPER = dataclasses.replace(
     QUIET,
@@ -62,9 +61,9 @@ SELDOM = dataclasses.replace(
 )
 # The same where a step is planned: what is changed of it is asked at touch-downs alone.
 AT_LANDINGS = dataclasses.replace(
-    PLANNED,
-    body=dataclasses.replace(PLANNED.body, height=1.6, mass=80.0),
-    task=dataclasses.replace(PLANNED.task, replan=0),
+    COMPLIANT,
+    body=dataclasses.replace(COMPLIANT.body, height=1.6, mass=80.0),
+    task=dataclasses.replace(COMPLIANT.task, replan=0),
 )
 TICKS = 2500
 # What reaches every branch of the controllers.
@@ -75,28 +74,28 @@ WALKS = {
     "standing": (QUIET, Shove(-42.0, 0.1)),
     "small": (SMALL, Shove(-40.0, 0.3)),
     "paper": (PAPER, None),
-    "compliant": (COMPLIANT, None),
-    "compliant, from behind": (COMPLIANT, Shove(60.0, 0.2)),
+    "compliant": (COMPLIANT, Shove(60.0, 0.2)),
     "compliant, stepping back": (COMPLIANT, Shove(-60.0, 0.2)),
     "compliant, tall": (TALL, Shove(30.0, 0.1)),
     "compliant, seldom asked": (SELDOM, None),
-    "compliant, planned": (PLANNED, Shove(60.0, 0.2)),
-    "compliant, planned, stepping back": (PLANNED, Shove(-70.0, 0.1)),
-    "compliant, planned, asked at landings": (AT_LANDINGS, Shove(40.0, 0.1)),
+    "changed at random": (COMPLIANT, Shove(60.0, 0.2)),
+    "changed at random, stepping back": (COMPLIANT, Shove(-70.0, 0.1)),
+    "changed at random, asked at landings": (AT_LANDINGS, Shove(40.0, 0.1)),
 }
 
 
-def _trained(config):
-    """A policy told what ``config`` says: the shipped one, or one that answers little; of steps that are
-    planned, whatever."""
+def _trained(name):
+    """A policy told what the walk's configuration says: the shipped one, or one that answers little; or
+    whatever."""
+    config, random = WALKS[name][0], name.startswith("changed at random")
     for one, trained in zip((SUBJECT, RIGID), TRAINED.values(), strict=True):
-        if config not in (PLANNED, AT_LANDINGS) and config.observation == one.config.observation:
+        if not random and config.observation == one.config.observation:
             return trained
     size = len(config.observation)
     actor = networks.init_actor(
         config.ddpg.hidden, jax.random.key(1), size, np.asarray(rules.nominal(config)).tolist()
     )
-    if config.gait.steps == "planned":
+    if random:
         kernel = 0.3 * jax.random.normal(jax.random.key(2), actor["output"]["kernel"].shape)
         actor = {**actor, "output": {**actor["output"], "kernel": kernel}}
     return policy.of_parts(
@@ -153,7 +152,7 @@ class Recorded:
 
     def __init__(self, name, folder):
         config, shove = WALKS[name]
-        trained = _trained(config)
+        trained = _trained(name)
         told = manifest.build(trained, config)
         path = folder / f"{name}.npz"
         path.write_bytes(tensors.to_npz(trained, told))
@@ -206,7 +205,7 @@ def test_ticks_are_those_of_the_jax_walker(recorded, name, runtime):
     assert landed.sum() > (5 if name != "compliant, seldom asked" else 1)
     np.testing.assert_array_equal(landed, jax_landed)
     # Torques of up to 216 N m, a stiffness or a damping times what float32 rounds: a ten-thousandth of that.
-    atol = 0.02 if name.startswith("compliant") else 1e-3
+    atol = 0.02 if WALKS[name][0].gait.form == "compliant" else 1e-3
     np.testing.assert_allclose(commands, jax_commands, atol=atol, rtol=1e-5)
     asked = recorded[name].asked
     assert len(asked) > {0: 5, SELDOM.task.replan: 15}.get(WALKS[name][0].task.replan, 40)
@@ -223,10 +222,10 @@ def test_the_walks_reach_what_they_are_for(recorded):
     ankle = recorded["standing"].numpy[0][:, [2, 5]]
     assert np.isclose(ankle, RIGID.config.gait.restart_torque).any(), "it never stood"
     assert not recorded["unpushed"].walk.fell and not recorded["stepping back"].walk.fell
-    for name in (name for name in WALKS if "planned" in name):
+    for name in (name for name in WALKS if "at random" in name):
         assert np.ptp(recorded[name].actions, axis=0).min() > 0.02, f"{name}: it answers the same"
         assert np.abs(recorded[name].actions).max(axis=0).min() > 0.1, f"{name}: it changes little"
-    assert min(far for *_, far in recorded["compliant, planned, stepping back"].walk.landings) < -0.1
+    assert min(far for *_, far in recorded["changed at random, stepping back"].walk.landings) < -0.1
 
 
 @pytest.fixture
@@ -238,6 +237,15 @@ def exported(tmp_path):
     return path
 
 
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    """The shipped policy's controller in C."""
+    folder = tmp_path_factory.mktemp("library")
+    header = folder / "policy.h"
+    header.write_bytes(c.header(SHIPPED, manifest.build(SHIPPED, SUBJECT.config)))
+    return c_runtime.build(header, folder)
+
+
 BAD = [dict(height=0.2), dict(height=float("nan")), dict(mass=1000.0), dict(speed=0.0)]
 
 
@@ -247,40 +255,27 @@ def test_bad_bodies_are_refused(exported, wrong):
         deploy.Controller.load(exported, **wrong)
 
 
-def test_c_refuses_bad_bodies_too(exported, tmp_path):
-    header = tmp_path / "policy.h"
-    header.write_bytes(c.header(SHIPPED, manifest.build(SHIPPED, SUBJECT.config)))
-    library = c_runtime.build(header, tmp_path)
+def test_c_refuses_bad_bodies_too(library):
     assert not c_runtime.Controller(library, 1.8, 75.0, 1.0).refused
     for body in ((0.2, 75.0, 1.0), (float("nan"), 75.0, 1.0), (1.8, 1000.0, 1.0), (1.8, 75.0, 0.0)):
         assert c_runtime.Controller(library, *body).refused
 
 
 @pytest.mark.parametrize("speed, known", [(0.6, True), (1.4, True), (0.59, False), (1.45, False)])
-def test_another_speed_may_be_asked_for_at_any_time(exported, tmp_path, speed, known):
+def test_another_speed_may_be_asked_for_at_any_time(exported, library, speed, known):
     """Policies are trained around 1 m/s, by 0.4 m/s either way; beyond they say so, and try."""
-    config = PRESETS["default"]
-    told = manifest.build(TRAINED["shipped"], config)
-    exported.write_bytes(tensors.to_safetensors(TRAINED["shipped"], told))
     runtime = deploy.Controller.load(exported)
     assert runtime.ask(speed) == known
     assert runtime.person.gait.speed_desired == np.float32(speed)
     with pytest.raises(UserError, match="speed"):
         runtime.ask(5.0)
-    header = tmp_path / "policy.h"
-    header.write_bytes(c.header(TRAINED["shipped"], told))
-    walker = c_runtime.Controller(c_runtime.build(header, tmp_path), 1.8, 75.0, 1.0)
+    walker = c_runtime.Controller(library, 1.8, 75.0, 1.0)
     assert (walker.ask(speed), walker.ask(float("nan"))) == (int(known), -1)
 
 
-def test_a_fall_is_told(exported, tmp_path):
-    header = tmp_path / "policy.h"
-    header.write_bytes(c.header(SHIPPED, manifest.build(SHIPPED, SUBJECT.config)))
+def test_a_fall_is_told(exported, library):
     body = 1.8, 75.0, 1.0
-    runtimes = [
-        deploy.Controller.load(exported, *body),
-        c_runtime.Controller(c_runtime.build(header, tmp_path), *body),
-    ]
+    runtimes = [deploy.Controller.load(exported, *body), c_runtime.Controller(library, *body)]
     for runtime in runtimes:
         for pitch, knee, fallen in ((0.1, 0.0, False), (1.2, 0.0, True), (-1.2, 0.0, True), (0.1, 2.2, True)):
             joints = np.tile([pitch + knee / 2, knee, knee / 2], (2, 1))

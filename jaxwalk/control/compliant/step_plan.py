@@ -28,7 +28,7 @@ def planned(
     """
     own, legs, more = config.step_plan, config.compliant, stance.faster(config)
     usual = config.length_nominal + legs.length_speed * more
-    length = usual + own.length_gain * error + own.pitch_gain * estimate.pitch
+    length = usual + own.length_gain * error + own.pitch_gain * jnp.maximum(estimate.pitch, own.pitch_least)
     time = config.duration_nominal + legs.duration_speed * more - own.duration_gain * error
     # Ahead of the hip, as the capture point is: the stance ankle, and where the foot is put in a step back.
     stands, swing = where.ankle[clock.stance], where.ankle[1 - clock.stance]

@@ -12,9 +12,6 @@ from jaxwalk.control.sensors import Estimate
 from jaxwalk.control.step_clock import Path, StepClock
 from jaxwalk.model.kinematics import Skeleton
 
-_ACCELERATION_MOST = 400.0  # rad/s^2 of the path
-_TIME_LEAST = 0.03  # s that it is planned ahead at least: when its time is over it holds the goal
-
 
 def back(clock: StepClock, where: Posture) -> Bool[Array, ""]:
     """Whether the foot is sent behind where the one that stands is now; a short step is at first, too."""
@@ -33,11 +30,15 @@ def toe_off(config: GaitConfig, clock: StepClock, where: Posture, estimate: Esti
     return early & (where.thigh[swing] < 0) & (estimate.joints[swing, 2] > -own.push_off_ankle)
 
 
-def goal(config: GaitConfig, body: Skeleton, clock: StepClock, estimate: Estimate) -> Float[Array, ""]:
+def goal(
+    config: GaitConfig, body: Skeleton, clock: StepClock, where: Posture, estimate: Estimate
+) -> Float[Array, ""]:
     """Hip angle that puts the ankle of a straight leg half of the step's length ahead of the hip, rad; behind
     it, in a step back."""
     reach = jnp.clip(0.5 * clock.length / (body.thigh + body.shank), -0.9, 0.9)
-    return jnp.arcsin(reach) + config.compliant.swing_pitch_gain * estimate.pitch
+    own = config.compliant
+    gain = jnp.where(back(clock, where), own.back_pitch_gain, own.swing_pitch_gain)
+    return jnp.arcsin(reach) + gain * estimate.pitch
 
 
 def proceed(
@@ -54,10 +55,10 @@ def proceed(
     limp = toe_off(config, clock, where, estimate)
     angle = jnp.where(limp, estimate.joints[swing, 0], path.angle)
     rate = jnp.where(limp, estimate.joint_rates[swing, 0], path.rate)
-    to = goal(config, body, clock, estimate)
-    left = jnp.maximum(clock.duration - clock.elapsed, _TIME_LEAST)
+    to = goal(config, body, clock, where, estimate)
+    left = jnp.maximum(clock.duration - clock.elapsed, own.swing_soonest)
     acceleration = 6 * (to - angle) / left**2 - 4 * rate / left
-    acceleration = jnp.clip(acceleration, -_ACCELERATION_MOST, _ACCELERATION_MOST)
+    acceleration = jnp.clip(acceleration, -own.swing_acceleration_most, own.swing_acceleration_most)
     moving = jnp.clip(rate + timestep * acceleration, -own.swing_rate_max, own.swing_rate_max)
     rate = jnp.where(limp, rate, moving)
     return Path(angle=jnp.where(limp, angle, angle + timestep * rate), rate=rate)

@@ -17,7 +17,7 @@ def planned(
     """The step from now on, with what the policy changes of it: (length m, duration s)."""
     numbers, own, legs, more = who.gait, who.gait.step_plan, who.gait.compliant, faster(who)
     usual = numbers.length_nominal + legs.length_speed * more
-    length = usual + own.length_gain * error + own.pitch_gain * estimate.pitch
+    length = usual + own.length_gain * error + own.pitch_gain * max(estimate.pitch, own.pitch_least)
     time = numbers.duration_nominal + legs.duration_speed * more - own.duration_gain * error
     length, time = max(length, own.length_least), min(max(time, own.duration_least), own.duration_most)
     capture, stance = capture_point(who, gravity, estimate), posture.x[clock.stance]

@@ -12,7 +12,6 @@ from jaxwalk.deploy.person import Person
 from jaxwalk.deploy.sensors import Estimate
 from jaxwalk.deploy.step_clock import Clock, step_length
 
-_ACCELERATION_MOST, _TIME_LEAST = np.float32(400), np.float32(0.03)
 _REACH_MOST = np.float32(0.9)
 
 
@@ -36,11 +35,13 @@ def toe_off(who: Person, posture: Posture, clock: Clock, estimate: Estimate) -> 
     )
 
 
-def goal(who: Person, clock: Clock, estimate: Estimate) -> np.float32:
+def goal(who: Person, posture: Posture, clock: Clock, estimate: Estimate) -> np.float32:
     """Hip angle that puts the ankle half of the step's length ahead of the hip, rad."""
     reach = np.float32(0.5) * clock.length / (who.thigh + who.shank)
     reach = min(max(reach, -_REACH_MOST), _REACH_MOST)
-    return np.arcsin(reach) + who.gait.compliant.swing_pitch_gain * estimate.pitch
+    own = who.gait.compliant
+    gain = own.back_pitch_gain if back(posture, clock) else own.swing_pitch_gain
+    return np.float32(np.arcsin(reach) + gain * estimate.pitch)
 
 
 def proceed(who: Person, posture: Posture, clock: Clock, estimate: Estimate, timestep: np.float32) -> Clock:
@@ -49,9 +50,9 @@ def proceed(who: Person, posture: Posture, clock: Clock, estimate: Estimate, tim
     if toe_off(who, posture, clock, estimate):
         angle, rate = estimate.joints[swing, 0], estimate.joint_rates[swing, 0]
         return dataclasses.replace(clock, path=angle, path_rate=rate)
-    to, left = goal(who, clock, estimate), max(clock.duration - clock.elapsed, _TIME_LEAST)
+    to, left = goal(who, posture, clock, estimate), max(clock.duration - clock.elapsed, own.swing_soonest)
     acceleration = 6 * (to - clock.path) / left**2 - 4 * clock.path_rate / left
-    acceleration = min(max(acceleration, -_ACCELERATION_MOST), _ACCELERATION_MOST)
+    acceleration = min(max(acceleration, -own.swing_acceleration_most), own.swing_acceleration_most)
     rate = min(max(clock.path_rate + timestep * acceleration, -own.swing_rate_max), own.swing_rate_max)
     return dataclasses.replace(clock, path=clock.path + timestep * rate, path_rate=rate)
 

@@ -22,7 +22,7 @@ from jaxwalk.config import GRAVITY
 STATURE = 1.439  # m; Pinzone 2014, centre one: mean of 81 children
 LEG = 0.749  # m; likewise
 AT_SPEED = "van der Zee 2022"  # of `SOURCES`
-ADULTS = 1.76  # m; van der Zee 2022, mean of ten
+ADULTS = 1.76  # m; van der Zee 2022
 PREFERRED = (
     (0.7, 0.528, 0.050, 0.0626, 0.0104),
     (0.9, 0.607, 0.053, 0.0679, 0.0114),

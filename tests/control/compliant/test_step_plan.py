@@ -18,8 +18,9 @@ NUMBERS = GaitConfig(
     length_nominal=0.8, duration_nominal=0.6, length_min=-0.5, length_max=1.0, duration_min=0.2,
     duration_max=0.9, compliant=CompliantConfig(landing_time=0.6, landing_capture=0.4),
     step_plan=StepPlanConfig(
-        length_gain=0.5, pitch_gain=0.3, duration_gain=0.5, length_least=0.15, duration_least=0.3,
-        duration_most=0.7, back_margin=0.02, back_reach=0.05, back_gain=1.5, back_least=0.1, back_speed=3.0,
+        length_gain=0.5, pitch_gain=0.3, pitch_least=0.0, duration_gain=0.5, length_least=0.15,
+        duration_least=0.3, duration_most=0.7, back_margin=0.02, back_reach=0.05, back_gain=1.5,
+        back_least=0.1, back_speed=3.0,
         back_time=0.2, back_soonest=0.04,
     ),
 )  # fmt: skip
@@ -88,6 +89,12 @@ def test_a_step_ahead_is_no_shorter_than_can_be():
 
 def test_a_torso_that_leans_forward_makes_it_longer():
     np.testing.assert_allclose(planned(pitch=0.2), [0.86, 0.6], atol=1e-5)
+
+
+def test_one_that_leans_back_makes_it_no_shorter_than_told():
+    plan = dataclasses.replace(NUMBERS.step_plan, pitch_least=-0.1)
+    told = planned(pitch=-0.2), planned(pitch=-0.2, numbers=dataclasses.replace(NUMBERS, step_plan=plan))
+    np.testing.assert_allclose(told, [[0.8, 0.6], [0.77, 0.6]], atol=1e-5)
 
 
 @pytest.mark.parametrize("leg", [0, 1])

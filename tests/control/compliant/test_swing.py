@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from jaxwalk.config import CompliantConfig, GaitConfig
-from jaxwalk.control import posture
+from jaxwalk.control import posture, scaling
 from jaxwalk.control.compliant import swing
 from jaxwalk.control.sensors import Estimate
 from jaxwalk.control.step_clock import Path, StepClock
 from jaxwalk.model.kinematics import Skeleton
+from jaxwalk.model.similarity import Similarity
 
 LEGS = CompliantConfig(
     toe_off_seconds=0.1, push_off_ankle=0.3, push_off_torque=100.0, push_off_gain=0.0, swing_stiffness=200.0,
@@ -21,7 +22,7 @@ LEGS = CompliantConfig(
     landing_knee_damping=5.0, landing_seconds=0.1, swing_sole=-0.1, swing_ankle_most=0.3,
     swing_ankle_stiffness=50.0, swing_ankle_damping=1.0, landing_share=0.5, passing_seconds=0.05,
     back_ahead=0.05, back_force=120.0, back_toe_off=0.0, back_knee=1.1, back_knee_stiffness=150.0,
-    back_knee_damping=5.0,
+    back_knee_damping=5.0, back_pitch_gain=0.25,
 )  # fmt: skip
 NUMBERS = GaitConfig(compliant=LEGS, touchdown_ahead=0.02, touchdown_force=20.0)
 BODY = Skeleton(
@@ -89,6 +90,28 @@ def test_the_path_is_no_faster_than_the_hip_may_turn():
     slow = dataclasses.replace(NUMBERS, compliant=dataclasses.replace(LEGS, swing_rate_max=1.0))
     _, _, rate = followed(-0.3, lambda t: (0.8, 0.3), slow)
     assert np.max(np.asarray(rate)[:80]) <= 1.0 + 1e-6
+
+
+def test_a_leaning_torso_is_allowed_for_less_in_a_step_back():
+    seen = estimate(pitch=-0.2)
+    for length, goal in ((0.6, np.arcsin(0.3 / 0.9) - 0.2), (-0.6, np.arcsin(-0.3 / 0.9) - 0.25 * 0.2)):
+        told = swing.goal(NUMBERS, BODY, clock(length=length), posture.of(BODY, seen), seen)
+        assert float(told) == pytest.approx(goal, abs=1e-6)
+
+
+@pytest.mark.parametrize("elapsed", [0.3, 0.59])
+def test_the_path_of_a_larger_body_is_the_same_on_a_slower_clock(elapsed):
+    """Four times as long: times are twice, rates half; late its greatest acceleration holds."""
+    size = Similarity(4.0, 10.0)
+    seen, now = estimate(pitch=0.1), clock(elapsed, angle=-0.2, rate=1.0)
+    path = swing.proceed(NUMBERS, BODY, now, posture.of(BODY, seen), seen, DT)
+    large = jax.tree.map(lambda x: 4 * x, BODY)
+    slow = now.replace(
+        elapsed=2 * now.elapsed, duration=2 * now.duration, length=4 * now.length, path=Path(f(-0.2), f(0.5))
+    )
+    numbers = scaling.scaled(NUMBERS, size)
+    like = swing.proceed(numbers, large, slow, posture.of(large, seen), seen, 2 * DT)
+    np.testing.assert_allclose([like.angle, 2 * like.rate], [path.angle, path.rate], rtol=1e-5)
 
 
 def test_the_path_waits_at_the_leg_that_still_pushes():

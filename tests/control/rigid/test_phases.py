@@ -126,11 +126,12 @@ LEGS = {
     "rotational_damping": (80, "hip_damping knee_damping ankle_damping swing_damping swing_knee_damping "
                                "landing_knee_damping swing_ankle_damping back_knee_damping"),
     "rate": (0.5, "hip_rate_max swing_rate_max"),
+    "rate^2": (0.25, "swing_acceleration_most"),
     "speed": (2, "hip_speed_min speed_usual"),
     "torque": (40, "knee_stiffness ankle_stiffness push_off_torque swing_stiffness swing_knee_stiffness "
                    "landing_knee_stiffness swing_ankle_stiffness knee_stop back_knee_stiffness ankle_stop"),
     "time": (2, "length_speed capture_speed "
-                "knee_seconds toe_off_seconds landing_seconds landing_time passing_seconds"),
+                "knee_seconds toe_off_seconds landing_seconds landing_time passing_seconds swing_soonest"),
     "length": (4, "landing_capture back_ahead"),
     "force": (10, "back_force"),
     "torque for each m/s": (20, "push_off_gain push_off_speed"),
