@@ -56,6 +56,7 @@ LEGS: dict[str, tuple[float, float]] = {
     "landing_seconds": (0.03, 0.35), "swing_sole": (-0.4, 0.4), "swing_ankle_most": (0.0, 0.6),
     "passing_seconds": (0.0, 0.12), "back_ahead": (-0.4, 0.3), "back_force": (40, 300),
     "balance_ankle": (0.02, 0.8), "back_toe_off": (0, 1), "back_pitch_gain": (-1, 1.5),
+    "toe_off_least": (0, 0.8),
     "back_knee": (0.2, 1.6), "back_knee_stiffness": (1, 400), "back_knee_damping": (0.5, 30),
 }  # fmt: skip
 RULE: dict[str, tuple[float, float]] = {
@@ -70,6 +71,7 @@ BEFORE = {
     "back_ahead": 0.05,
     "back_force": 120.0,
     "back_toe_off": 1.0,
+    "toe_off_least": -1.0,
     "length_speed": 0.0,
     "duration_speed": 0.0,
     "capture_speed": 0.0,
@@ -95,7 +97,8 @@ ROUGH = {
     "swing_rate_max": 9.0, "swing_knee": 0.69, "swing_knee_stiffness": 3.3, "swing_knee_damping": 11.0,
     "landing_knee": 0.29, "landing_knee_stiffness": 190.0, "landing_knee_damping": 13.0,
     "landing_seconds": 0.073, "swing_sole": -0.15, "swing_ankle_most": 0.3, "passing_seconds": 0.05,
-    "back_ahead": 0.05, "back_force": 120.0, "back_toe_off": 0.5, "back_pitch_gain": 0.5, "back_knee": 0.9,
+    "back_ahead": 0.05, "back_force": 120.0, "back_toe_off": 0.5, "back_pitch_gain": 0.5,
+    "toe_off_least": 0.2, "back_knee": 0.9,
     "length_speed": 0.3, "duration_speed": -0.2, "capture_speed": 0.3, "push_off_speed": 20.0,
     "swing_ankle_stiffness": 40.0, "swing_ankle_damping": 1.0,
     "back_knee_stiffness": 40.0, "back_knee_damping": 4.0, "balance_ankle": 0.3, "length": 0.89,

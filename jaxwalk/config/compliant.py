@@ -63,6 +63,8 @@ class CompliantConfig:
     """Share of the speed desired at which push-off is `push_off_torque`."""
     toe_off_seconds: float = 0.1051
     """Time after the other foot's touch-down in which the trailing leg still pushes, its hip limp, s."""
+    toe_off_least: float = 0.4
+    """Share of `push_off_torque` that it pushes with at least: who is too fast for that swings at once."""
 
     swing_stiffness: float = 626.9
     """Of the swing hip about its path, N m/rad."""

@@ -38,7 +38,10 @@ _BEFORE: dict[int, dict[str, Any]] = {
     },
     3: {
         "gait": {
-            "compliant": {"back_toe_off": 1.0, "balance_ankle": 100.0, "ankle_stop": 0.0, **_ONE_SPEED},
+            "compliant": {
+                "back_toe_off": 1.0, "toe_off_least": -1.0, "balance_ankle": 100.0, "ankle_stop": 0.0,
+                **_ONE_SPEED,
+            },
             "step_plan": {"pitch_least": -10.0},
         },
         "reward": {"work_weight": 0.0},

@@ -21,9 +21,9 @@ class PushConfig:
 
     rate: float = 0.5
     """Mean number of pushes a second."""
-    impulse_forward: float = 165.0
+    impulse_forward: float = 170.0
     """Largest push from behind, N s."""
-    impulse_backward: float = 160.0
+    impulse_backward: float = 165.0
     """Largest push from the front, N s."""
     impulse_least: float = 0.4
     """Smallest push, as a share of the largest of its direction: what anybody survives teaches nothing."""

@@ -66,6 +66,7 @@ static inline float jaxwalk_push_seconds(const struct jaxwalk *w) {
 static inline int jaxwalk_pushes(const struct jaxwalk *w) {
     const int swing = 1 - w->stance;
     return w->elapsed < jaxwalk_push_seconds(w) && w->thigh[swing] < 0.0f &&
+           jaxwalk_push_off(w) > w->n.compliant_toe_off_least * w->n.compliant_push_off_torque &&
            w->now.joints[swing][2] > -w->n.compliant_push_off_ankle;
 }
 
@@ -174,7 +175,8 @@ static inline void jaxwalk_plan(struct jaxwalk *w) {
         seconds = w->elapsed + jaxwalk_clamp(way, w->n.plan_back_soonest, w->n.plan_back_time);
     }
     w->length = jaxwalk_clamp(length + w->change[0], w->n.length_min, w->n.length_max);
-    w->duration = jaxwalk_clamp(seconds + w->change[1], w->n.duration_min, w->n.duration_max);
+    w->duration =
+        jaxwalk_clamp(seconds + w->change[1], w->n.duration_min, fmaxf(w->n.duration_max, seconds));
 }
 
 static inline void jaxwalk_proceed(struct jaxwalk *w) {

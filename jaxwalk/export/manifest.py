@@ -71,7 +71,8 @@ _COMPLIANT_UNITS = {
     "N m s/rad": "hip_damping knee_damping ankle_damping swing_damping swing_knee_damping "
     "back_knee_damping landing_knee_damping swing_ankle_damping",
     "N m s/m": "push_off_gain push_off_speed",
-    "1": "push_off_share swing_pitch_gain toe_off_knee_share landing_share back_toe_off back_pitch_gain",
+    "1": "push_off_share swing_pitch_gain toe_off_knee_share landing_share back_toe_off back_pitch_gain "
+    "toe_off_least",
 }
 _STEP_PLAN_UNITS = {
     "m": "change_length length_least back_margin back_reach back_least",

@@ -34,12 +34,12 @@ class Drawn(struct.PyTreeNode):
 
 
 def draw(config: Config, key: PRNGKeyArray) -> Drawn:
-    """A walker's circumstance: none for 1 - `share` of them, else one of `KINDS`."""
+    """A walker's circumstance: none for 1 - `share` of them, else one of `KINDS`, the last twice as often."""
     own, usual = config.circumstances, jnp.float32(config.gait.speed_desired)
     if not own.share:
         return Drawn(usual, jnp.float32(config.sensors.noise))
     meets_key, kind_key, size_key = jax.random.split(key, 3)
-    kind = jax.random.randint(kind_key, (), 0, len(KINDS))
+    kind = jnp.minimum(jax.random.randint(kind_key, (), 0, len(KINDS) + 1), len(KINDS) - 1)
     kind = jnp.where(jax.random.uniform(meets_key) < own.share, kind, len(KINDS))
     size = jax.random.uniform(size_key)
     either = 2.0 * size - 1.0
@@ -48,7 +48,9 @@ def draw(config: Config, key: PRNGKeyArray) -> Drawn:
         return jnp.where(kind == KINDS.index(name), value, otherwise)
 
     back = kind == KINDS.index("backpack")
-    ahead, up = (jnp.where(back, *places) for places in zip(BACKPACK, FRONT_PACK, strict=True))
+    ahead, up = (
+        jnp.where(back, *map(jnp.float32, places)) for places in zip(BACKPACK, FRONT_PACK, strict=True)
+    )
     pack = own.pack * size
     friction = config.physics.friction
     limited = config.physics.actuators != "unlimited"

@@ -152,6 +152,7 @@ def test_the_pids_keep_within_their_limits(in_c):
         assert (np.abs(torque[:, :, [joint, joint + 3]]) <= limit).all()
 
 
+@pytest.mark.slow
 def test_mjx_moves_it_as_c_does(in_c):
     ticks = round(0.5 / DT)
     ours, fell, _, _ = walks(PAPER, "mjx", 4, 0.5)

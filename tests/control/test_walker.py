@@ -12,6 +12,7 @@ from jaxwalk.config import BodyConfig
 from jaxwalk.config.presets import PRESETS
 from jaxwalk.control import walker
 from jaxwalk.control.person import Person, model_of
+from jaxwalk.kernels.walk import scan as walk_of
 from jaxwalk.model import physics, pushes
 from jaxwalk.model.engine import Setup
 
@@ -27,21 +28,16 @@ def born(key, height=1.8, mass=75.0, noise=1.0, numbers=CONFIG.gait):
     return walker.start(SETUP, who, key, jnp.float32(noise))
 
 
+def looked(setup, state):
+    after, event = walker.tick(setup, model_of(setup, state.person), state)
+    return after, (after.plant.qpos, after.gait.stance, after.gait.elapsed, event)
+
+
 @pytest.fixture(scope="module")
 def walk():
     """Compiled once: [BATCH] keys -> what [BATCH, TICKS] of the default's walking brought, on the host."""
 
-    def one(key):
-        state = born(key)
-        model = model_of(SETUP, state.person)
-
-        def tick(state, _):
-            after, event = walker.tick(SETUP, model, state)
-            return after, (after.plant.qpos, after.gait.stance, after.gait.elapsed, event)
-
-        return jax.lax.scan(tick, state, length=TICKS)[1]
-
-    program = jax.jit(jax.vmap(one))
+    program = jax.jit(jax.vmap(lambda key: walk_of(looked, SETUP, TICKS, born(key))[1]))
     return lambda seed: jax.device_get(program(jax.random.split(jax.random.key(seed), BATCH)))
 
 
@@ -111,8 +107,7 @@ def test_a_walker_walks_alone_as_it_does_in_a_batch(walked, tick):
         for _ in range(100):
             state, _ = tick(state)
             path.append(state.plant.qpos)
-        # The programs differ in how they order float32 sums; the first step's contacts make of 1e-7
-        # some 1e-5.
+        # Native code and XLA order float32 sums differently; the first contacts make of 1e-7 some 1e-5.
         np.testing.assert_allclose(np.array(path), walked[0][row, :100], atol=2e-4)
 
 

@@ -36,7 +36,7 @@ def test_each_command_it_gives_is_one():
     assert set(given) <= set(COMMANDS)
 
 
-# The tutorial trains by the same call.
+# tests/learn/train/test_run.py trains by the same call.
 UNTRAINED = """
 import inspect, jaxwalk
 asked = inspect.signature(jaxwalk.train)

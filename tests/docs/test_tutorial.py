@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[2]
 NOTEBOOK = json.loads((ROOT / "docs" / "tutorial.ipynb").read_text("utf-8"))
 CELLS = ["".join(cell["source"]) for cell in NOTEBOOK["cells"] if cell["cell_type"] == "code"]
@@ -18,6 +20,7 @@ def test_it_stores_no_outputs_and_compiles():
         compile(cell, f"cell {number}", "exec")
 
 
+@pytest.mark.slow  # README's Python makes the same calls
 def test_its_cells_run(tmp_path):
     # A process of its own, as the reader's: signatures are not checked there, whole numbers will do.
     environment = os.environ | {

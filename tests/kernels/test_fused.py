@@ -141,7 +141,7 @@ def test_what_is_empty_is_refused(interpreted, empty):
         jax.vmap(lambda x: fused.fused(lambda _, x: x[:0], None, x))(jnp.ones((4, 1 - empty)))
 
 
-@pytest.mark.parametrize("preset", ["default", "paper"])  # the others' bodies are the default's
+@pytest.mark.parametrize("preset", ["default", pytest.param("paper", marks=pytest.mark.slow)])
 def test_presets_have_kernels_for_cuda(monkeypatch, preset):
     """Lowered as far as goes without a GPU: Triton knows all operations."""
     config = PRESETS[preset]

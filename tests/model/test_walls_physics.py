@@ -106,6 +106,7 @@ def test_its_play_is_the_gap(walked):
     assert 20 < told.force_mean < 200  # 75 kg beside a foot 0.09 m aside: 66 N m, over 0.95 to 1.4 m
 
 
+@pytest.mark.slow
 def test_mjx_moves_it_as_c_does(replayed):
     theirs, walls, ours, readings = replayed
     # A tick: where no foot lands, float32 alone, as in the plane (test_physics.py). Where one does, three

@@ -78,7 +78,9 @@ def ticked(config, states):
 
 
 @pytest.mark.parametrize(
-    "config", [PLANAR, RIGID, pytest.param(WALLS, marks=pytest.mark.slow)], ids=["planar", "rigid", "walls"]
+    "config",
+    [PLANAR, *(pytest.param(x, marks=pytest.mark.slow) for x in (RIGID, WALLS))],
+    ids=["planar", "rigid", "walls"],
 )
 def test_a_tick_is_xlas(config):
     states = walked(config)
@@ -143,9 +145,8 @@ def looked(_, after):
     return after.walker.plant.qpos, after.walker.gait.stance
 
 
-@pytest.mark.parametrize(
-    "way", ["trials", *(pytest.param(x, marks=pytest.mark.slow) for x in ("rollout", "env"))]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("way", ["trials", "rollout", "env"])
 def test_whatever_walks_goes_as_by_xla(way):
     """Fifty ticks, within which rounding cannot part them."""
     function, setting, state, *constants = WAYS[way](Task.of(PLANAR))

@@ -7,12 +7,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import ticks
 
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import PushConfig, TrainConfig
 from jaxwalk.config.presets import PRESETS
 from jaxwalk.control import walker
-from jaxwalk.control.person import Person, model_of
+from jaxwalk.control.person import Person
 from jaxwalk.task import collect, footstep, spawn, stepper
 from jaxwalk.task.stepper import Task
 
@@ -25,7 +26,6 @@ CONFIG = dataclasses.replace(
         walkers=WALKERS, window_ticks=8, episode_seconds=1.3, height_spread=0.1, mass_spread=0.1
     ),
     observation=("speed", "pitch", "zmp", "step_length"),
-    kernels="off",  # the plain loop it is held against is XLA's; native code has tests of its own
 )
 TASK = Task.of(CONFIG)
 USUAL = np.array([1.1, 0.08, 0.2, 0.6], np.float32)
@@ -101,7 +101,7 @@ def plain(collected):
     def each(function):
         return jax.jit(jax.vmap(function))
 
-    tick = each(lambda state: walker.tick(setup, model_of(setup, state.person), state))
+    tick = ticks.many(setup)
     observe = each(lambda state, length: footstep.observe(TASK.observation, setup, state, length))
     landed_length = each(lambda state: walker.landed_length(setup, state))
     reward = each(lambda *told: footstep.reward(CONFIG.reward, setup, *told))
@@ -262,13 +262,13 @@ def test_too_long_windows_are_refused():
     toe_off = CONFIG.gait.toe_off_duration_min
     for spread, shortest in ((0.0, 1.0), (0.19, 0.9)):  # sqrt(1 - 0.19): times scale with sqrt(height)
         limit = int(toe_off * shortest / CONFIG.physics.timestep)
-        for ticks in (limit, limit + 1):
-            train = dataclasses.replace(CONFIG.train, window_ticks=ticks, height_spread=spread)
+        for allowed in (limit, limit + 1):
+            train = dataclasses.replace(CONFIG.train, window_ticks=allowed, height_spread=spread)
             config = dataclasses.replace(CONFIG, train=train)
-            if ticks == limit:
+            if allowed == limit:
                 collect.check(config)
             else:
-                with pytest.raises(UserError, match=f"train.window_ticks {ticks} .* give at most {limit}"):
+                with pytest.raises(UserError, match=f"train.window_ticks {allowed} .* give at most {limit}"):
                     collect.check(config)
 
 

@@ -6,11 +6,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import ticks
 
 from jaxwalk.config import Config, PushConfig, TaskConfig, TrainConfig
 from jaxwalk.control import posture, walker
 from jaxwalk.control.compliant import stance, step_plan
-from jaxwalk.control.person import model_of, skeleton
+from jaxwalk.control.person import skeleton
 from jaxwalk.task import collect, footstep, spawn, stepper
 from jaxwalk.task.stepper import Task
 
@@ -51,7 +52,7 @@ def plain(collected):
     """[{walker: (transition or None, fell, truncated, landed)}] of a loop that knows of windows only when
     to ask."""
     setup = TASK.setup
-    tick = jax.jit(jax.vmap(lambda state: walker.tick(setup, model_of(setup, state.person), state)))
+    tick = ticks.many(setup)
     observe = jax.jit(jax.vmap(lambda s, length: footstep.observe(TASK.observation, setup, s, length)))
     landed_length = jax.jit(jax.vmap(lambda s: walker.landed_length(setup, s)))
     reward = jax.jit(jax.vmap(lambda *told: footstep.reward(CONFIG.reward, setup, *told)))

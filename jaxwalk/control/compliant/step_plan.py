@@ -48,7 +48,9 @@ def planned(
 
 
 def changed(config: GaitConfig, plan: Float[Array, "2"], change: Float[Array, "2"]) -> Float[Array, "2"]:
-    """``plan`` with a policy's ``change`` of (length m, duration s), within what can be commanded."""
+    """``plan`` with a policy's ``change`` of (length m, duration s), within what can be commanded; the time
+    that is planned is not cut: of a step that has lasted long nothing would be left to step back in."""
     low = jnp.stack([jnp.asarray(config.length_min), jnp.asarray(config.duration_min)])
-    high = jnp.stack([jnp.asarray(config.length_max), jnp.asarray(config.duration_max)])
+    longest = jnp.maximum(config.duration_max, plan[1])
+    high = jnp.stack([jnp.asarray(config.length_max), longest])
     return jnp.clip(plan + change, low, high)

@@ -24,10 +24,11 @@ def _toe_off_seconds(config: GaitConfig, clock: StepClock, where: Posture) -> Fl
 
 
 def toe_off(config: GaitConfig, clock: StepClock, where: Posture, estimate: Estimate) -> Bool[Array, ""]:
-    """Whether the trailing leg still pushes: for a while, behind the vertical, to its ankle's end."""
+    """Whether the trailing leg still pushes: for a while, hard, behind the vertical, to its ankle's end."""
     own, swing = config.compliant, 1 - clock.stance
     early = clock.elapsed < _toe_off_seconds(config, clock, where)
-    return early & (where.thigh[swing] < 0) & (estimate.joints[swing, 2] > -own.push_off_ankle)
+    strong = stance.push_off(config, estimate) > own.toe_off_least * own.push_off_torque
+    return early & strong & (where.thigh[swing] < 0) & (estimate.joints[swing, 2] > -own.push_off_ankle)
 
 
 def goal(

@@ -28,5 +28,5 @@ def planned(
         time = clock.elapsed + min(max(way, own.back_soonest), own.back_time)
     more, longer = clock.change
     length = min(max(length + more, numbers.length_min), numbers.length_max)
-    time = min(max(time + longer, numbers.duration_min), numbers.duration_max)
+    time = min(max(time + longer, numbers.duration_min), max(numbers.duration_max, time))
     return np.float32(length), np.float32(time)

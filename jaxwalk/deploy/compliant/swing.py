@@ -30,8 +30,12 @@ def toe_off(who: Person, posture: Posture, clock: Clock, estimate: Estimate) -> 
     """Whether the trailing leg still pushes."""
     own = who.gait.compliant
     early = clock.elapsed < _toe_off_seconds(who, posture, clock)
+    strong = stance.push_off(who, estimate) > own.toe_off_least * own.push_off_torque
     return bool(
-        early and posture.thigh[clock.swing] < 0 and estimate.joints[clock.swing, 2] > -own.push_off_ankle
+        early
+        and strong
+        and posture.thigh[clock.swing] < 0
+        and estimate.joints[clock.swing, 2] > -own.push_off_ankle
     )
 
 

@@ -19,7 +19,7 @@ from jaxwalk.task.trials import Act, Params, Profile, Runner, Trial
 
 IMPULSES: dict[Form, tuple[float, ...]] = {
     "rigid": (60.0, 70.0, 80.0, -60.0, -80.0, -100.0),
-    "compliant": (110.0, 125.0, 142.0, -100.0, -128.0, -150.0),
+    "compliant": (130.0, 145.0, 155.0, -125.0, -140.0, -155.0),
 }
 """N s, by the legs: where some fall."""
 PHASES = 16

@@ -141,6 +141,15 @@ def test_torques_of_the_leg_in_the_air(elapsed, swinging, torques):
     np.testing.assert_allclose(told, torques, atol=1e-3)
 
 
+@pytest.mark.parametrize("speed, pushes", [(1.1, True), (1.4, True), (1.7, False)])
+def test_who_is_too_fast_to_push_swings_at_once(speed, pushes):
+    """100 N m at the speed desired, 100 less for each m/s more: at 1.4 m/s 60, at 1.7 less than 0.4 of it."""
+    legs = dataclasses.replace(LEGS, push_off_gain=100.0, push_off_share=1.0, toe_off_least=0.4)
+    seen = estimate((-0.4, 0.1, 0.0)).replace(speed=f(speed))
+    numbers = dataclasses.replace(NUMBERS, compliant=legs)
+    assert bool(swing.toe_off(numbers, clock(0.05), posture.of(BODY, seen), seen)) == pushes
+
+
 def test_a_leg_that_steps_back_lifts_its_foot_and_pushes_off_no_more():
     """The same leg as above, that would push or pass: its knee is bent by a spring of its own."""
     seen = estimate((-0.4, 0.1, 0.0))

@@ -46,6 +46,11 @@ def state(mesh, advance):
     return current
 
 
+def test_a_state_that_was_written_down_needs_no_other_program():
+    """Read again, no number is weakly typed: a state with one would be compiled for once more on resuming."""
+    assert not [leaf for leaf in jax.tree.leaves(device_loop.layout(CONFIG)) if leaf.weak_type]
+
+
 def test_it_is_compiled_once_and_needs_nothing_of_the_host(advance, state):
     compiled: list[str] = []
     jax.monitoring.register_event_duration_secs_listener(

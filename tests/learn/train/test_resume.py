@@ -61,12 +61,17 @@ def stop_at(patch, report: int, which: int, also=lambda: None) -> None:
     patch.setattr(Progress, "update", update)
 
 
-@pytest.fixture
-def stopped(tmp_path, monkeypatch):
-    """A run that SIGINT ended at its third report."""
-    with monkeypatch.context() as patch:
+@pytest.fixture(scope="module")
+def stopped_once(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
         stop_at(patch, 3, signal.SIGINT)
-        return run(small.CONFIG, tmp_path / "stopped", small.SEED, small.COMMAND)
+        return run(small.CONFIG, tmp_path_factory.mktemp("once") / "a", small.SEED, small.COMMAND)
+
+
+@pytest.fixture
+def stopped(stopped_once, tmp_path):
+    """A run that SIGINT ended at its third report."""
+    return shutil.copytree(stopped_once, tmp_path / "stopped")
 
 
 def kill(process: subprocess.Popen[str]) -> None:
@@ -91,8 +96,7 @@ def test_killed_while_a_checkpoint_is_written(whole, tmp_path):
     assert small.outcome(folder) == whole
 
 
-@pytest.mark.parametrize("which", [signal.SIGTERM, signal.SIGINT])
-@pytest.mark.parametrize("report", [1, 5])
+@pytest.mark.parametrize("report, which", [(1, signal.SIGTERM), (5, signal.SIGINT)])
 def test_stopped_by_a_signal_and_by_clocks_that_jump(whole, tmp_path, monkeypatch, report, which):
     with monkeypatch.context() as patch:
         # By minutes: Orbax, which waits ten of them for a write, counts these by the same clock.

@@ -18,6 +18,7 @@ sys.path.append(str(Path(__file__).parent))
 
 import small
 
+import jaxwalk as jw
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
 from jaxwalk.learn.policies import policy
@@ -42,6 +43,11 @@ def finished(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run") / "a"
     run(CONFIG, folder, 3, "jaxwalk train --seed 3")
     return folder
+
+
+def test_from_python_it_is_the_same(finished, tmp_path):
+    made = jw.train(CONFIG, tmp_path / "b", seed=3)
+    assert small.outcome(made)["rows"] == small.outcome(finished)["rows"]
 
 
 def test_run_folder_is_whole(finished):

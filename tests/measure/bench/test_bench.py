@@ -39,6 +39,7 @@ def result(tmp_path_factory):
     return json.loads(path.read_text())
 
 
+@pytest.mark.slow
 def test_every_program_is_measured(result):
     assert list(result["programs"]) == [
         "mjx_step",
@@ -55,6 +56,7 @@ def test_every_program_is_measured(result):
         assert row["physics_steps_per_second"] == pytest.approx(steps / np.median(row["round_seconds"]))
 
 
+@pytest.mark.slow
 def test_walkers_walk_and_the_learner_learns(result):
     # A walker makes about two footsteps a second of its own time.
     for name in ("tick", "push_map", "training_loop"):
@@ -64,6 +66,7 @@ def test_walkers_walk_and_the_learner_learns(result):
     assert result["programs"]["training_loop"]["updates_per_second"] > 0
 
 
+@pytest.mark.slow
 def test_ratios_are_quotients(result):
     rates = {name: row["physics_steps_per_second"] for name, row in result["programs"].items()}
     assert result["ratios"] == {
@@ -74,6 +77,7 @@ def test_ratios_are_quotients(result):
     }
 
 
+@pytest.mark.slow
 def test_a_checkpoint_costs_what_its_rounds_take_longer(result):
     saving, alone = (
         np.array(result["programs"][name]["round_seconds"])
@@ -84,12 +88,14 @@ def test_a_checkpoint_costs_what_its_rounds_take_longer(result):
     assert told["share"] == pytest.approx(told["seconds"] / result["config"]["train"]["checkpoint_seconds"])
 
 
+@pytest.mark.slow
 def test_the_table_tells_no_ratio_of_what_has_none(result, capsys):
     command.show(Console(width=200), result)
     (saving,) = [line for line in capsys.readouterr().out.splitlines() if "training_loop_saving" in line]
     assert [cell.strip() for cell in saving.split("│")][3] == "-"
 
 
+@pytest.mark.slow
 def test_it_says_what_it_was_measured_on(result):
     assert result["hardware"]["cores"] >= 1 and "jax" in result["versions"]
     assert result["memory"]["peak_rss_mb"] > 100 and "peak_device_mb" in result["memory"]
