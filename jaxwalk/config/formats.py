@@ -45,7 +45,12 @@ _BEFORE: dict[int, dict[str, Any]] = {
             "step_plan": {"pitch_least": -10.0},
         },
         "reward": {"work_weight": 0.0},
-        "circumstances": {"share": 0.0}, "train": {"height_spread": 0.1, "mass_spread": 0.1},
+        "circumstances": {"share": 0.0},
+        "train": {"height_spread": 0.1, "mass_spread": 0.1, "footsteps": 80_000},
+        "ddpg": {
+            "actor_lr": 4e-4, "batch_size": 2_048, "critic_head_start": 300, "noise_start": 0.25,
+            "noise_end": 0.15,
+        },
         "pushes": {"impulse_forward": 130.0, "impulse_backward": 110.0},
     },
 }  # fmt: skip

@@ -75,11 +75,17 @@ _PAPER = dataclasses.replace(
 # For one accelerator, where a footstep costs next to nothing beside an update: more of them, from more
 # walkers, and larger batches. Not tried since walkers plan their steps.
 _GPU = Config(
-    ddpg=DDPGConfig(batch_size=4_096, replay_capacity=1_048_576, updates_per_footstep=0.02, warmup=16_000),
+    ddpg=DDPGConfig(
+        batch_size=4_096,
+        replay_capacity=1_048_576,
+        updates_per_footstep=0.02,
+        warmup=16_000,
+        critic_head_start=300,
+    ),
     train=TrainConfig(walkers=4_096, footsteps=600_000),
 )
 
-# A quarter of the footsteps.
+# Half of the footsteps.
 _QUICK = Config(train=TrainConfig(footsteps=20_000, evaluations=5))
 
 # Seconds of work once compiled: does everything that training does, learns nothing.

@@ -64,7 +64,7 @@ class DDPGConfig:
 
     hidden: tuple[int, ...] = (128, 128)
     """Widths of the hidden layers of actor and critic (the paper's: 400 and 300)."""
-    actor_lr: float = 4e-4
+    actor_lr: float = 2e-4
     """Learning rate of the actor."""
     critic_lr: float = 1e-3
     """Learning rate of the critic."""
@@ -79,7 +79,7 @@ class DDPGConfig:
     difference they stay near 0, the plan as it is."""
     average_rate: float = 5e-4
     """Share of the actor that enters the policy that is evaluated and kept, at each update (1: all)."""
-    batch_size: int = 2_048
+    batch_size: int = 1_024
     """Transitions in one update."""
     replay_capacity: int = 262_144
     """Transitions that are remembered."""
@@ -88,13 +88,13 @@ class DDPGConfig:
     start: Literal["nominal", "random"] = "nominal"
     """First answer of the actor: the nominal step (from the height-to-stride-length ratio, as in the paper),
     or one drawn from all that can be commanded."""
-    critic_head_start: int = 300
+    critic_head_start: int = 1_500
     """Updates of the critic before the actor moves: an early critic would lead it astray."""
     updates_per_footstep: float = 0.2
     """Updates for each footstep gathered."""
-    noise_start: float = 0.25
+    noise_start: float = 0.12
     """Standard deviation of the exploration noise at first, in units of half the action range."""
-    noise_end: float = 0.15
+    noise_end: float = 0.06
     """The same at the end of training."""
     noise_spread: float = 4.0
     """Ratio of the noisiest to the quietest walker's exploration (1: all alike)."""
@@ -139,7 +139,7 @@ class TrainConfig:
 
     walkers: int = 256
     """Walkers that learn side by side."""
-    footsteps: int = 80_000
+    footsteps: int = 40_000
     """Footsteps gathered before training ends."""
     window_ticks: int = 10
     """Ticks between two looks at whether a walker needs a decision."""

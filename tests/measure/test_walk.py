@@ -12,7 +12,9 @@ from jaxwalk.measure.protocol import PushTest
 from jaxwalk.model.burdens import BACKPACK, FRONT_PACK, Burden
 
 USUAL = Burden(0.0, 0.0, 0.0, 0.0, 0.9)
-TEST = PushTest(walkers=16, seconds=10.0, impulses=(-80.0, 95.0), phases=16, replicas=1)
+TEST = PushTest(walkers=16, seconds=10.0, impulses=(-110.0, 135.0), phases=16, replicas=1)
+HARD = dataclasses.replace(TEST, impulses=(-80.0, 80.0))
+LATE = dataclasses.replace(USUAL, delay=0.02, strength=0.8)
 GENTLE = dataclasses.replace(TEST, impulses=(-40.0, 40.0))
 
 
@@ -29,11 +31,20 @@ def walk(programs):
     )
 
 
-def test_it_holds_80_from_the_front_and_95_from_behind_at_every_phase(walk):
+def test_it_holds_110_from_the_front_and_135_from_behind_at_every_phase(walk):
     found = walk(TEST)
     assert found["walking"]["survival"] == 1.0
     assert found["walking"]["speed_mean"] == pytest.approx(1.0, abs=0.04)
     assert np.sum(found["pushes"]["survival"]) >= 31  # of 32
+
+
+@pytest.mark.parametrize(
+    "test, burden",
+    [(HARD, LATE), (dataclasses.replace(TEST, impulses=(-50.0, 60.0), push_again=1.0), USUAL)],
+    ids=["late instruments on weak motors", "a second push"],
+)
+def test_it_holds_harder_things_at_every_phase(walk, test, burden):
+    assert np.sum(walk(test, burden=burden)["pushes"]["survival"]) >= 31  # of 32
 
 
 @pytest.mark.parametrize(
@@ -44,7 +55,6 @@ def test_it_holds_80_from_the_front_and_95_from_behind_at_every_phase(walk):
         {"friction": 0.4},
         {"mass": 20.0, "ahead": BACKPACK[0], "up": BACKPACK[1]},
         {"mass": 25.0, "ahead": FRONT_PACK[0], "up": FRONT_PACK[1]},
-        {"delay": 0.02, "strength": 0.8},
     ],
     ids=lambda changes: " ".join(changes),
 )
@@ -52,7 +62,7 @@ def test_it_walks_under_what_it_is_not_told_of(walk, changes):
     found = walk(GENTLE, burden=dataclasses.replace(USUAL, **changes))
     assert found["walking"]["survival"] >= 15 / 16
     assert found["walking"]["speed_mean"] > 0.3
-    assert np.sum(found["pushes"]["survival"]) >= 28  # of 32
+    assert np.sum(found["pushes"]["survival"]) >= 26  # of 32
 
 
 @pytest.mark.parametrize("speed", [0.65, 1.35])
