@@ -54,6 +54,8 @@ def threshold(rates: dict[float, float], sign: int) -> float:
 def tried(bench: tune.Trials, numbers: dict[str, Any], replicas: int) -> dict[str, Any]:
     """One walk's measures, worst phases and thresholds."""
     numbers = tune.filled(numbers)
+    if missing := sorted(set(tune.RANGES) - set(numbers["legs"]) - set(numbers["rule"])):
+        sys.exit(f"{numbers['options']['out']}: it lacks {', '.join(missing)}")
     legs, rule = (
         {n: np.array([x], np.float32) for n, x in numbers[part].items()} for part in ("legs", "rule")
     )

@@ -1,4 +1,4 @@
-"""A walker's tick by native code, which compiles in seconds where XLA takes a minute for a whole walker."""
+"""A walker's tick by native code, where there is any: XLA takes a minute to compile a whole walker."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import jax
 from jaxwalk.control import walker
 from jaxwalk.control.person import model_of
 from jaxwalk.control.walker import Walker
-from jaxwalk.kernels import walk
 from jaxwalk.model.engine import Setup
+from jaxwalk.task import backend
 
 
 def alone(setup: Setup, state: Walker) -> tuple[Walker, Any]:
@@ -22,7 +22,16 @@ def many(setup: Setup) -> Any:
     """The program of [N] walkers, a tick further each, and their events [N]."""
 
     def one(state: Walker) -> tuple[Walker, Any]:
-        after, events = walk.scan(alone, setup, 1, state)
+        after, events = run(alone, setup, 1, state)
         return after, jax.tree.map(lambda x: x[0], events)
 
     return jax.jit(jax.vmap(one))
+
+
+def run(function: Any, setup: Setup, count: int, state: Walker) -> tuple[Walker, Any]:
+    """``count`` ticks of one walker by ``function``, of a module's level, and what it tells of each."""
+
+    def by_xla() -> tuple[Walker, Any]:
+        return jax.lax.scan(lambda one, _: function(setup, one), state, length=count)
+
+    return backend.scan(setup, function, setup, count, state, otherwise=by_xla)

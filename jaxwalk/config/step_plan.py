@@ -42,5 +42,7 @@ class StepPlanConfig:
     """How fast the foot goes there, m/s."""
     back_time: float = 0.3663
     """Longest time that is left for it, s."""
+    back_latest: float = 3.0
+    """Time from the touch-down at which a step back is over at the latest, s, whatever `duration_max` is."""
     back_soonest: float = 0.03
     """Shortest time that is left for it, s."""

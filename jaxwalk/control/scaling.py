@@ -99,6 +99,7 @@ _STEP_PLAN = {
     "back_least": "length",
     "back_speed": "speed",
     "back_time": "time",
+    "back_latest": "time",
     "back_soonest": "time",
 }
 

@@ -16,8 +16,9 @@ _LATER = {
     "compliant_knee_stop": 0.0, "compliant_back_toe_off": 1.0, "compliant_balance_ankle": 100.0,
     "compliant_ankle_stop": 0.0, "compliant_ankle_end": 1.0, "compliant_speed_usual": 0.0,
     "compliant_length_speed": 0.0, "compliant_duration_speed": 0.0, "compliant_capture_speed": 0.0,
-    "compliant_push_off_speed": 0.0, "plan_pitch_least": -10.0, "compliant_swing_soonest": 0.03,
-    "compliant_swing_acceleration_most": 400.0, "compliant_toe_off_least": -1.0,
+    "compliant_push_off_speed": 0.0, "plan_pitch_least": -10.0, "plan_back_latest": 0.0,
+    "compliant_swing_soonest": 0.03, "compliant_swing_acceleration_most": 400.0,
+    "compliant_toe_off_least": -1.0,
 }  # fmt: skip
 """Numbers of compliant legs and their plan that files of before do not tell, with what they meant."""
 _AS_SWING = ("pitch_gain", "knee", "knee_stiffness", "knee_damping")

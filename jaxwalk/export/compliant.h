@@ -166,7 +166,7 @@ static inline void jaxwalk_plan(struct jaxwalk *w) {
     float length = usual + w->n.plan_length_gain * error + w->n.plan_pitch_gain * pitch;
     float seconds = w->n.duration_nominal + w->n.compliant_duration_speed * more - w->n.plan_duration_gain * error;
     length = fmaxf(length, w->n.plan_length_least);
-    seconds = jaxwalk_clamp(seconds, w->n.plan_duration_least, w->n.plan_duration_most);
+    seconds = jaxwalk_clamp(seconds, w->n.plan_duration_least, fminf(w->n.plan_duration_most, w->n.duration_max));
     if (capture - stance < -w->n.plan_back_margin) { /* a step back */
         const float place =
             fminf(w->n.plan_back_gain * capture - w->n.plan_back_reach, stance - w->n.plan_back_least);
@@ -175,8 +175,8 @@ static inline void jaxwalk_plan(struct jaxwalk *w) {
         seconds = w->elapsed + jaxwalk_clamp(way, w->n.plan_back_soonest, w->n.plan_back_time);
     }
     w->length = jaxwalk_clamp(length + w->change[0], w->n.length_min, w->n.length_max);
-    w->duration =
-        jaxwalk_clamp(seconds + w->change[1], w->n.duration_min, fmaxf(w->n.duration_max, seconds));
+    const float longest = fmaxf(w->n.duration_max, fminf(seconds, w->n.plan_back_latest));
+    w->duration = jaxwalk_clamp(seconds + w->change[1], w->n.duration_min, longest);
 }
 
 static inline void jaxwalk_proceed(struct jaxwalk *w) {

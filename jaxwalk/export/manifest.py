@@ -76,7 +76,7 @@ _COMPLIANT_UNITS = {
 }
 _STEP_PLAN_UNITS = {
     "m": "change_length length_least back_margin back_reach back_least",
-    "s": "change_duration duration_least duration_most back_time back_soonest",
+    "s": "change_duration duration_least duration_most back_time back_latest back_soonest",
     "m/s": "back_speed",
     "m/rad": "pitch_gain",
     "rad": "pitch_least",

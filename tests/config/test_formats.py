@@ -48,7 +48,7 @@ def test_in_the_second_format_policies_commanded_each_step_and_were_asked_in_eve
         length_speed=0.0, duration_speed=0.0, capture_speed=0.0, push_off_speed=0.0,
     )  # fmt: skip
     assert before.circumstances.share == 0.0 and before.train.height_spread == 0.1
-    plan = dataclasses.replace(now.gait.step_plan, pitch_least=-10.0)
+    plan = dataclasses.replace(now.gait.step_plan, pitch_least=-10.0, back_latest=0.0)
     assert before.gait == dataclasses.replace(now.gait, steps="told", compliant=limp, step_plan=plan)
     assert (before.ddpg.return_steps, before.reward.zmp_weight, before.pushes.focus) == (1, 0.1, 0.0)
 

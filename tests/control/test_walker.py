@@ -7,12 +7,12 @@ import jax.numpy as jnp
 import mujoco
 import numpy as np
 import pytest
+import ticks
 
 from jaxwalk.config import BodyConfig
 from jaxwalk.config.presets import PRESETS
 from jaxwalk.control import walker
 from jaxwalk.control.person import Person, model_of
-from jaxwalk.kernels.walk import scan as walk_of
 from jaxwalk.model import physics, pushes
 from jaxwalk.model.engine import Setup
 
@@ -37,7 +37,7 @@ def looked(setup, state):
 def walk():
     """Compiled once: [BATCH] keys -> what [BATCH, TICKS] of the default's walking brought, on the host."""
 
-    program = jax.jit(jax.vmap(lambda key: walk_of(looked, SETUP, TICKS, born(key))[1]))
+    program = jax.jit(jax.vmap(lambda key: ticks.run(looked, SETUP, TICKS, born(key))[1]))
     return lambda seed: jax.device_get(program(jax.random.split(jax.random.key(seed), BATCH)))
 
 
@@ -53,7 +53,8 @@ def tick():
 
     def one(state):
         traces.append(1)
-        return walker.tick(SETUP, model_of(SETUP, state.person), state)
+        after, events = ticks.run(ticks.alone, SETUP, 1, state)
+        return after, jax.tree.map(lambda x: x[0], events)
 
     program = jax.jit(one)
 
@@ -107,7 +108,7 @@ def test_a_walker_walks_alone_as_it_does_in_a_batch(walked, tick):
         for _ in range(100):
             state, _ = tick(state)
             path.append(state.plant.qpos)
-        # Native code and XLA order float32 sums differently; the first contacts make of 1e-7 some 1e-5.
+        # Programs order float32 sums differently; the first contacts make of 1e-7 some 1e-5.
         np.testing.assert_allclose(np.array(path), walked[0][row, :100], atol=2e-4)
 
 

@@ -20,7 +20,7 @@ def test_it_stores_no_outputs_and_compiles():
         compile(cell, f"cell {number}", "exec")
 
 
-@pytest.mark.slow  # README's Python makes the same calls
+@pytest.mark.slow  # README's Python makes the same calls, tests/learn/train/test_run.py that of a training
 def test_its_cells_run(tmp_path):
     # A process of its own, as the reader's: signatures are not checked there, whole numbers will do.
     environment = os.environ | {

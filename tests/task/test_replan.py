@@ -131,7 +131,7 @@ def test_windows_bring_the_transitions_of_a_plain_loop(collected, plain):
             assert bool(got.footsteps.closed) == (transition is not None), where
             assert bool(got.landed) == landed, where
             for name, value in zip(names, transition or (), strict=False):
-                # Native code and XLA's order float32 sums differently; landings enlarge that.
+                # Programs order float32 sums differently; landings enlarge that.
                 found = getattr(got.footsteps.transition, name)
                 np.testing.assert_allclose(found, value, rtol=5e-3, atol=5e-3, err_msg=f"{where}: {name}")
             counts["decisions"] += transition is not None

@@ -41,7 +41,7 @@ def planned(
         jnp.stack(
             [
                 jnp.maximum(length, own.length_least),
-                jnp.clip(time, own.duration_least, own.duration_most),
+                jnp.clip(time, own.duration_least, jnp.minimum(own.duration_most, config.duration_max)),
             ]
         ),
     )
@@ -49,8 +49,8 @@ def planned(
 
 def changed(config: GaitConfig, plan: Float[Array, "2"], change: Float[Array, "2"]) -> Float[Array, "2"]:
     """``plan`` with a policy's ``change`` of (length m, duration s), within what can be commanded; the time
-    that is planned is not cut: of a step that has lasted long nothing would be left to step back in."""
+    of a step back is not cut: of one that has lasted long nothing would be left."""
     low = jnp.stack([jnp.asarray(config.length_min), jnp.asarray(config.duration_min)])
-    longest = jnp.maximum(config.duration_max, plan[1])
+    longest = jnp.maximum(config.duration_max, jnp.minimum(plan[1], config.step_plan.back_latest))
     high = jnp.stack([jnp.asarray(config.length_max), longest])
     return jnp.clip(plan + change, low, high)

@@ -19,7 +19,8 @@ def planned(
     usual = numbers.length_nominal + legs.length_speed * more
     length = usual + own.length_gain * error + own.pitch_gain * max(estimate.pitch, own.pitch_least)
     time = numbers.duration_nominal + legs.duration_speed * more - own.duration_gain * error
-    length, time = max(length, own.length_least), min(max(time, own.duration_least), own.duration_most)
+    most = min(own.duration_most, numbers.duration_max)
+    length, time = max(length, own.length_least), min(max(time, own.duration_least), most)
     capture, stance = capture_point(who, gravity, estimate), posture.x[clock.stance]
     if capture - stance < -own.back_margin:
         place = min(own.back_gain * capture - own.back_reach, stance - own.back_least)
@@ -28,5 +29,6 @@ def planned(
         time = clock.elapsed + min(max(way, own.back_soonest), own.back_time)
     more, longer = clock.change
     length = min(max(length + more, numbers.length_min), numbers.length_max)
-    time = min(max(time + longer, numbers.duration_min), max(numbers.duration_max, time))
+    longest = max(numbers.duration_max, min(time, own.back_latest))
+    time = min(max(time + longer, numbers.duration_min), longest)
     return np.float32(length), np.float32(time)

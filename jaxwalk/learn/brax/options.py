@@ -96,7 +96,7 @@ class _Common:
     run_dir: OptionalFile = None
     """Folder for the results, new or without a run in it. Default: runs/<date>-<time>."""
     seed: shared.Seed = 0
-    footsteps: int = 80_000
+    footsteps: int = 40_000
     """Footsteps gathered before training ends, rounded up to whole rounds."""
     evaluations: int = 16
     """Evaluations spread over training; the best ones' policies meet in the finals."""

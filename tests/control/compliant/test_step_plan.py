@@ -140,10 +140,11 @@ def test_similar_bodies_plan_similar_steps(size, told):
         ((0.9, 0.3), (0.25, -0.15), (1.0, 0.2)),  # within what can be commanded
         ((-0.4, 0.8), (-0.25, 0.15), (-0.5, 0.9)),
         ((1.5, 0.5), (0.0, 0.0), (1.0, 0.5)),
-        # The time that is planned is not cut: what is left of it is what a step back has.
+        # The time of a step back is not cut: what is left of it is what it has.
         ((-0.4, 1.2), (0.0, 0.0), (-0.4, 1.2)),
         ((-0.4, 1.2), (0.0, 0.15), (-0.4, 1.2)),
         ((-0.4, 1.2), (0.0, -0.15), (-0.4, 1.05)),
+        ((-0.4, 9.0), (0.0, 0.0), (-0.4, 3.0)),
     ],
 )
 def test_a_policys_change_is_added_within_what_can_be_commanded(plan, change, step):

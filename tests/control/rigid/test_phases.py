@@ -140,7 +140,7 @@ LEGS = {
 }  # fmt: skip
 PLAN = {
     "length": (4, "change_length length_least back_margin back_reach back_least pitch_gain"),
-    "time": (2, "change_duration duration_least duration_most back_time back_soonest"),
+    "time": (2, "change_duration duration_least duration_most back_time back_latest back_soonest"),
     "speed": (2, "back_speed"),
     "time for each m": (0.5, "duration_gain"),
 }
