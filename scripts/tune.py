@@ -56,7 +56,7 @@ LEGS: dict[str, tuple[float, float]] = {
     "landing_seconds": (0.03, 0.35), "swing_sole": (-0.4, 0.4), "swing_ankle_most": (0.0, 0.6),
     "passing_seconds": (0.0, 0.12), "back_ahead": (-0.4, 0.3), "back_force": (40, 300),
     "balance_ankle": (0.02, 0.8), "back_toe_off": (0, 1), "back_pitch_gain": (-1, 1.5),
-    "toe_off_least": (0, 0.8),
+    "toe_off_least": (0, 0.8), "landing_behind": (-0.1, 0.3),
     "back_knee": (0.2, 1.6), "back_knee_stiffness": (1, 400), "back_knee_damping": (0.5, 30),
 }  # fmt: skip
 RULE: dict[str, tuple[float, float]] = {
@@ -72,6 +72,7 @@ BEFORE = {
     "back_force": 120.0,
     "back_toe_off": 1.0,
     "toe_off_least": -1.0,
+    "landing_behind": 100.0,
     "length_speed": 0.0,
     "duration_speed": 0.0,
     "capture_speed": 0.0,
@@ -87,6 +88,8 @@ BACK = ("pitch_gain", "knee", "knee_stiffness", "knee_damping")
 STEADY = ("length", "duration", "capture")
 """Of these, what stands elsewhere: the nominal step, and the capture point as it ends (`unpack`)."""
 RANGES = LEGS | RULE
+SHIPPED = "shipped"
+"""In place of a file: the walk of the default configuration."""
 ROUGH = {
     "hip_damping": 240.0, "pitch_nominal": 0.14, "pitch_offset": -0.071, "pitch_capture_gain": 0.0,
     "hip_rate_max": 6.3, "hip_speed_min": -0.32, "knee_stiffness": 980.0, "knee_damping": 56.0,
@@ -98,7 +101,7 @@ ROUGH = {
     "landing_knee": 0.29, "landing_knee_stiffness": 190.0, "landing_knee_damping": 13.0,
     "landing_seconds": 0.073, "swing_sole": -0.15, "swing_ankle_most": 0.3, "passing_seconds": 0.05,
     "back_ahead": 0.05, "back_force": 120.0, "back_toe_off": 0.5, "back_pitch_gain": 0.5,
-    "toe_off_least": 0.2, "back_knee": 0.9,
+    "toe_off_least": 0.2, "landing_behind": 0.05, "back_knee": 0.9,
     "length_speed": 0.3, "duration_speed": -0.2, "capture_speed": 0.3, "push_off_speed": 20.0,
     "swing_ankle_stiffness": 40.0, "swing_ankle_damping": 1.0,
     "back_knee_stiffness": 40.0, "back_knee_damping": 4.0, "balance_ankle": 0.3, "length": 0.89,
@@ -168,6 +171,16 @@ def filled(told: dict[str, Any]) -> dict[str, Any]:
     legs = told["legs"]
     swing = {f"back_{name}": legs[f"swing_{name}"] for name in BACK if f"swing_{name}" in legs}
     return told | {"legs": BEFORE | swing | legs, "rule": PLAN_BEFORE | told["rule"]}
+
+
+def of_config(config: Config) -> dict[str, Any]:
+    """The walk of ``config``, as what a search finds is written."""
+    gait = config.gait
+    steady = gait.length_nominal, gait.duration_nominal, gait.compliant.landing_capture
+    rule = {n: getattr(gait.step_plan, n) for n in RULE if n not in STEADY}
+    landing = {"landing_time": gait.duration_nominal, "landing_capture": gait.compliant.landing_capture}
+    legs = {n: getattr(gait.compliant, n) for n in LEGS} | landing
+    return {"legs": legs, "rule": dict(zip(STEADY, steady, strict=True)) | rule, "options": {}}
 
 
 class Trials:
@@ -334,21 +347,15 @@ def main(args: Args) -> None:
     """Search until the time is over; write the mean that it has come to, and the way there."""
     if args.minutes <= 0:
         sys.exit(f"--minutes {args.minutes:g}: give a number above 0")
-    if args.begin not in ("", "shipped") and not Path(args.begin).is_file():
+    if args.begin not in ("", SHIPPED) and not Path(args.begin).is_file():
         sys.exit(f"--begin {args.begin}: give a file that this script wrote, or shipped")
     config = PRESETS["default"]
     bench = Trials(config, args.population)
     start = dict(ROUGH)
-    if args.begin == "shipped":
-        gait = config.gait
-        start = {n: getattr(gait.compliant if n in LEGS else gait.step_plan, n, 0.0) for n in RANGES}
-        start |= {
-            "length": gait.length_nominal,
-            "duration": gait.duration_nominal,
-            "capture": gait.compliant.landing_capture,
-        }
-    elif args.begin:
-        told = filled(json.loads(Path(args.begin).read_text()))
+    if args.begin:
+        told = (
+            of_config(config) if args.begin == SHIPPED else filled(json.loads(Path(args.begin).read_text()))
+        )
         start |= {n: x for n, x in (told["legs"] | told["rule"]).items() if n in RANGES}
     bounds = np.tile([0.0, 1.0], (len(RANGES), 1))
     cma = cmaes.SepCMA(

@@ -1,6 +1,6 @@
 """What searches have found: how strong a push each walk holds, against the work that it does.
 
-    python scripts/tune_front.py docs/results/search/search-*.json --replicas 8 --out front
+    python scripts/tune_front.py docs/results/search/search-*.json shipped --replicas 8
 
 Each file is of ``scripts/tune.py``. A threshold is the largest push that, with every smaller one, is
 survived by 95 % at the worst of 16 phases.
@@ -34,7 +34,7 @@ class Args:
     """Compare what searches have found."""
 
     found: tyro.conf.Positional[tuple[Path, ...]]
-    """Files of scripts/tune.py."""
+    """Files of scripts/tune.py; or `shipped`, the default walk."""
     out: Path = Path("front")
     """Where front.json and front.png go."""
     replicas: int = 32
@@ -55,7 +55,7 @@ def tried(bench: tune.Trials, numbers: dict[str, Any], replicas: int) -> dict[st
     """One walk's measures, worst phases and thresholds."""
     numbers = tune.filled(numbers)
     if missing := sorted(set(tune.RANGES) - set(numbers["legs"]) - set(numbers["rule"])):
-        sys.exit(f"{numbers['options']['out']}: it lacks {', '.join(missing)}")
+        sys.exit(f"{numbers['options']}: it lacks {', '.join(missing)}")
     legs, rule = (
         {n: np.array([x], np.float32) for n, x in numbers[part].items()} for part in ("legs", "rule")
     )
@@ -97,11 +97,14 @@ def draw(rows: dict[str, dict[str, Any]]) -> Any:
 
 def main(args: Args) -> None:
     """Try each, write the table and the picture."""
-    found = {path: json.loads(path.read_text()) for path in args.found}
+    config = PRESETS["default"]
+    found = {
+        path: tune.of_config(config) if str(path) == tune.SHIPPED else json.loads(path.read_text())
+        for path in args.found
+    }
     for path, numbers in found.items():
         if not {"legs", "rule", "options"} <= set(numbers):
             sys.exit(f"{path}: not of a search; give files of scripts/tune.py")
-    config = PRESETS["default"]
     bench = tune.Trials(
         config, 1, tune.Plan(IMPULSES, calm=16, phases=16, offsets=1, weaker=0.0, seconds=14.0, hard=())
     )

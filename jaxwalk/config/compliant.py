@@ -121,6 +121,9 @@ class CompliantConfig:
     """`push_off_torque`, N m s/m."""
     landing_share: float = 0.55
     """Share of the step's time before which a contact ahead is no touch-down."""
+    landing_behind: float = 0.05
+    """How far the capture point may be behind a foot that lands ahead, m: who stands on one that is further
+    ahead falls back from it. Before that the other leg goes on."""
     passing_seconds: float = 0.07241
     """Time after toe-off before which a contact is no touch-down, s."""
     back_toe_off: float = 0.2267

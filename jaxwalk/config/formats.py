@@ -39,7 +39,8 @@ _BEFORE: dict[int, dict[str, Any]] = {
     3: {
         "gait": {
             "compliant": {
-                "back_toe_off": 1.0, "toe_off_least": -1.0, "balance_ankle": 100.0, "ankle_stop": 0.0,
+                "back_toe_off": 1.0, "toe_off_least": -1.0, "landing_behind": 100.0, "balance_ankle": 100.0,
+                "ankle_stop": 0.0,
                 **_ONE_SPEED,
             },
             "step_plan": {"pitch_least": -10.0, "back_latest": 0.0},

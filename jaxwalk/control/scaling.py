@@ -77,6 +77,7 @@ _COMPLIANT = {
     "swing_ankle_damping": "rotational_damping",
     "landing_time": "time",
     "landing_capture": "length",
+    "landing_behind": "length",
     "speed_usual": "speed",
     "length_speed": "time",
     "capture_speed": "time",

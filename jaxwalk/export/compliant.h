@@ -120,7 +120,9 @@ static inline int jaxwalk_landed(const struct jaxwalk *w) {
     if (!(w->elapsed > jaxwalk_push_seconds(w) + w->n.compliant_passing_seconds)) return 0;
     if (jaxwalk_back(w))
         return ahead < -w->n.compliant_back_ahead && force > w->n.compliant_back_force;
+    const float foot = w->x[1 - w->stance] - w->n.compliant_landing_behind;
     return w->elapsed > w->n.compliant_landing_share * w->duration && ahead > w->n.touchdown_ahead &&
+           jaxwalk_capture_point(w) > foot &&
            force > w->n.touchdown_force;
 }
 

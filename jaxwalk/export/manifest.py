@@ -58,7 +58,7 @@ _COMPLIANT_UNITS = {
     "rad/s": "hip_rate_max swing_rate_max",
     "rad/s^2": "swing_acceleration_most",
     "rad/m": "pitch_capture_gain",
-    "m": "landing_capture back_ahead",
+    "m": "landing_capture landing_behind back_ahead",
     "m/s": "hip_speed_min speed_usual",
     "s^2/m": "duration_speed",
     "s": "length_speed capture_speed "

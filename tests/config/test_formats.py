@@ -43,8 +43,8 @@ def test_in_the_second_format_policies_commanded_each_step_and_were_asked_in_eve
     )  # fmt: skip
     assert before.gait.form == "compliant"
     limp = dataclasses.replace(
-        now.gait.compliant, knee_stop=0.0, back_toe_off=1.0, toe_off_least=-1.0, balance_ankle=100.0,
-        ankle_stop=0.0,
+        now.gait.compliant, knee_stop=0.0, back_toe_off=1.0, toe_off_least=-1.0, landing_behind=100.0,
+        balance_ankle=100.0, ankle_stop=0.0,
         length_speed=0.0, duration_speed=0.0, capture_speed=0.0, push_off_speed=0.0,
     )  # fmt: skip
     assert before.circumstances.share == 0.0 and before.train.height_spread == 0.1

@@ -102,6 +102,8 @@ def touched_down(config: GaitConfig, clock: StepClock, where: Posture, estimate:
     ahead = where.ankle[swing] - where.ankle[clock.stance]
     force = estimate.touch[swing]
     late = clock.elapsed > own.landing_share * clock.duration
-    forward = ~back(clock, where) & late & (ahead > config.touchdown_ahead) & (force > config.touchdown_force)
+    met = where.capture > where.ankle[swing] - own.landing_behind
+    loaded = (ahead > config.touchdown_ahead) & (force > config.touchdown_force)
+    forward = ~back(clock, where) & late & loaded & met
     behind = back(clock, where) & (ahead < -own.back_ahead) & (force > own.back_force)
     return (forward | behind) & (clock.elapsed > _toe_off_seconds(config, clock, where) + own.passing_seconds)

@@ -51,7 +51,7 @@ def proceed(
     timestep: np.float32,
 ) -> tuple[Clock, bool]:
     """The clock after a tick, and whether a foot landed in it."""
-    landed = swing.touched_down(who, posture, clock, estimate)
+    landed = swing.touched_down(who, gravity, posture, clock, estimate)
     if landed:
         trailing = clock.stance
         clock = dataclasses.replace(clock, stance=clock.swing, elapsed=np.float32(0))

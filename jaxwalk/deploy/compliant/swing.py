@@ -9,7 +9,7 @@ import numpy as np
 from jaxwalk.deploy.compliant import stance
 from jaxwalk.deploy.kinematics import Posture
 from jaxwalk.deploy.person import Person
-from jaxwalk.deploy.sensors import Estimate
+from jaxwalk.deploy.sensors import Estimate, capture_point
 from jaxwalk.deploy.step_clock import Clock, step_length
 
 _REACH_MOST = np.float32(0.9)
@@ -86,7 +86,9 @@ def torques(
     return along, knees + stop, held + end
 
 
-def touched_down(who: Person, posture: Posture, clock: Clock, estimate: Estimate) -> bool:
+def touched_down(
+    who: Person, gravity: np.float32, posture: Posture, clock: Clock, estimate: Estimate
+) -> bool:
     """Whether the foot has landed where it was sent."""
     numbers, own = who.gait, who.gait.compliant
     if clock.elapsed <= _toe_off_seconds(who, posture, clock) + own.passing_seconds:
@@ -95,4 +97,5 @@ def touched_down(who: Person, posture: Posture, clock: Clock, estimate: Estimate
     if back(posture, clock):
         return bool(ahead < -own.back_ahead and force > own.back_force)
     late = clock.elapsed > own.landing_share * clock.duration
-    return bool(late and ahead > numbers.touchdown_ahead and force > numbers.touchdown_force)
+    met = capture_point(who, gravity, estimate) > posture.x[clock.swing] - own.landing_behind
+    return bool(late and met and ahead > numbers.touchdown_ahead and force > numbers.touchdown_force)

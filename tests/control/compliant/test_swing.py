@@ -22,7 +22,7 @@ LEGS = CompliantConfig(
     landing_knee_damping=5.0, landing_seconds=0.1, swing_sole=-0.1, swing_ankle_most=0.3,
     swing_ankle_stiffness=50.0, swing_ankle_damping=1.0, landing_share=0.5, passing_seconds=0.05,
     back_ahead=0.05, back_force=120.0, back_toe_off=0.0, back_knee=1.1, back_knee_stiffness=150.0,
-    back_knee_damping=5.0, back_pitch_gain=0.25,
+    back_knee_damping=5.0, back_pitch_gain=0.25, landing_behind=0.05,
 )  # fmt: skip
 NUMBERS = GaitConfig(compliant=LEGS, touchdown_ahead=0.02, touchdown_force=20.0)
 BODY = Skeleton(
@@ -42,10 +42,12 @@ def clock(elapsed=0.3, length=0.6, duration=0.6, angle=0.0, rate=0.0):
     )  # fmt: skip
 
 
-def estimate(swinging=(0.0, 0.0, 0.0), standing=(0.0, 0.0, 0.0), rates=(0.0, 0.0, 0.0), pitch=0.0, touch=0.0):
+def estimate(
+    swinging=(0.0, 0.0, 0.0), standing=(0.0, 0.0, 0.0), rates=(0.0, 0.0, 0.0), pitch=0.0, touch=0.0, speed=1.0
+):
     """The left leg stands, the right one swings."""
     return Estimate(
-        speed=f(1.0), acceleration=f(0), pitch=f(pitch), pitch_rate=f(0),
+        speed=f(speed), acceleration=f(0), pitch=f(pitch), pitch_rate=f(0),
         joints=jnp.array([standing, swinging], jnp.float32),
         joint_rates=jnp.array([(0, 0, 0), rates], jnp.float32),
         touch=jnp.array([700.0, touch]),
@@ -145,7 +147,7 @@ def test_torques_of_the_leg_in_the_air(elapsed, swinging, torques):
 def test_who_is_too_fast_to_push_swings_at_once(speed, pushes):
     """100 N m at the speed desired, 100 less for each m/s more: at 1.4 m/s 60, at 1.7 less than 0.4 of it."""
     legs = dataclasses.replace(LEGS, push_off_gain=100.0, push_off_share=1.0, toe_off_least=0.4)
-    seen = estimate((-0.4, 0.1, 0.0)).replace(speed=f(speed))
+    seen = estimate((-0.4, 0.1, 0.0), speed=speed)
     numbers = dataclasses.replace(NUMBERS, compliant=legs)
     assert bool(swing.toe_off(numbers, clock(0.05), posture.of(BODY, seen), seen)) == pushes
 
@@ -190,6 +192,9 @@ def test_the_knee_is_kept_from_bending_forward():
         (False, clock(0.2), AHEAD),  # before half of the step's time
         (False, clock(0.5), AHEAD | {"touch": 10.0}),
         (False, clock(0.5), AHEAD | {"swinging": (-0.3, 0.0, 0.0)}),  # not ahead of the other
+        # The foot is 0.9 sin 0.3 = 0.266 m ahead, the capture point v / w0 = 0.319 v.
+        (True, clock(0.5), AHEAD | {"speed": 0.7}),
+        (False, clock(0.5), AHEAD | {"speed": 0.65}),  # from there it would fall back
         (False, clock(0.14, duration=0.15), AHEAD),  # toe-off is hardly over
         (True, clock(0.2, length=-0.4), BEHIND),
         (True, clock(0.2, length=0.1), BEHIND),  # ahead of the hip, yet behind the foot it stands on

@@ -132,7 +132,7 @@ LEGS = {
                    "landing_knee_stiffness swing_ankle_stiffness knee_stop back_knee_stiffness ankle_stop"),
     "time": (2, "length_speed capture_speed "
                 "knee_seconds toe_off_seconds landing_seconds landing_time passing_seconds swing_soonest"),
-    "length": (4, "landing_capture back_ahead"),
+    "length": (4, "landing_capture landing_behind back_ahead"),
     "force": (10, "back_force"),
     "torque for each m/s": (20, "push_off_gain push_off_speed"),
     "torque for each m": (10, "ankle_capture_gain"),
