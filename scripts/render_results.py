@@ -71,13 +71,16 @@ def percent(share: float) -> str:
 
 
 def pushed(pushes: Mapping[str, Any], impulse: float) -> str:
-    """What one push does: over all phases, at the worst one, and the longest mean time to be steady."""
+    """What one push does: who stays up over all phases and at the worst one, who is steady again, and the
+    longest mean time that it takes."""
     if impulse not in pushes["impulses"]:
         return "-"
     at = pushes["impulses"].index(impulse)
-    survival, steady = pushes["survival"][at], [x for x in pushes["recovery_seconds"][at] if x is not None]
+    survival, again = pushes["survival"][at], pushes["steady"][at]
+    seconds = [x for x in pushes["recovery_seconds"][at] if x is not None]
     told = f"{percent(sum(survival) / len(survival))} (worst phase {percent(min(survival))})"
-    return told + (f", steady in {max(steady):.1f} s at most" if steady else "")
+    later = f", {percent(sum(again) / len(again))} steady again, in {max(seconds):.1f} s at most"
+    return told + (later if seconds else "")
 
 
 def least(found: Mapping[str, Any], kind: str, way: str) -> str:
