@@ -79,8 +79,9 @@ def pushed(pushes: Mapping[str, Any], impulse: float) -> str:
     survival, again = pushes["survival"][at], pushes["steady"][at]
     seconds = [x for x in pushes["recovery_seconds"][at] if x is not None]
     told = f"{percent(sum(survival) / len(survival))} (worst phase {percent(min(survival))})"
-    later = f", {percent(sum(again) / len(again))} steady again, in {max(seconds):.1f} s at most"
-    return told + (later if seconds else "")
+    if not seconds:
+        return told
+    return f"{told}, {percent(sum(again) / len(again))} steady again, in {max(seconds):.1f} s at most"
 
 
 def least(found: Mapping[str, Any], kind: str, way: str) -> str:
