@@ -55,7 +55,8 @@ LEGS: dict[str, tuple[float, float]] = {
     "push_off_speed": (-60, 150),
     "landing_seconds": (0.03, 0.35), "swing_sole": (-0.4, 0.4), "swing_ankle_most": (0.0, 0.6),
     "passing_seconds": (0.0, 0.12), "back_ahead": (-0.4, 0.3), "back_force": (40, 300),
-    "balance_ankle": (0.02, 0.8), "back_toe_off": (0, 1), "back_pitch_gain": (-1, 1.5),
+    "balance_ankle": (0.02, 0.8), "balance_sole": (0, 0.5),
+    "back_toe_off": (0, 1), "back_pitch_gain": (-1, 1.5),
     "toe_off_least": (0, 0.8), "landing_behind": (-0.1, 0.3),
     "back_knee": (0.2, 1.6), "back_knee_stiffness": (1, 400), "back_knee_damping": (0.5, 30),
 }  # fmt: skip
@@ -80,6 +81,7 @@ BEFORE = {
     "swing_ankle_stiffness": 77.0,
     "swing_ankle_damping": 1.5,
     "balance_ankle": 100.0,
+    "balance_sole": 100.0,
 }
 PLAN_BEFORE = {"pitch_least": -10.0}
 """What was not searched at first, of the legs and of the rule, with the numbers that walks had then."""
@@ -104,10 +106,10 @@ ROUGH = {
     "toe_off_least": 0.2, "landing_behind": 0.05, "back_knee": 0.9,
     "length_speed": 0.3, "duration_speed": -0.2, "capture_speed": 0.3, "push_off_speed": 20.0,
     "swing_ankle_stiffness": 40.0, "swing_ankle_damping": 1.0,
-    "back_knee_stiffness": 40.0, "back_knee_damping": 4.0, "balance_ankle": 0.3, "length": 0.89,
-    "duration": 0.68, "capture": 0.41, "length_gain": -0.0064, "pitch_gain": 1.9, "pitch_least": -0.2,
-    "duration_gain": 0.45, "duration_least": 0.31, "back_margin": 0.013, "back_reach": 0.038,
-    "back_gain": 1.3, "back_least": 0.12, "back_speed": 3.0, "back_time": 0.23,
+    "back_knee_stiffness": 40.0, "back_knee_damping": 4.0, "balance_ankle": 0.3, "balance_sole": 0.2,
+    "length": 0.89, "duration": 0.68, "capture": 0.41, "length_gain": -0.0064, "pitch_gain": 1.9,
+    "pitch_least": -0.2, "duration_gain": 0.45, "duration_least": 0.31, "back_margin": 0.013,
+    "back_reach": 0.038, "back_gain": 1.3, "back_least": 0.12, "back_speed": 3.0, "back_time": 0.23,
 }  # fmt: skip
 """Where a search begins: a walk that is too slow and falls backward at 30 N s."""
 

@@ -44,6 +44,8 @@ class CompliantConfig:
     the centre of pressure under it."""
     balance_ankle: float = 0.6893
     """Plantarflexion at which balancing by the toes ends, rad."""
+    balance_sole: float = 0.2
+    """Angle of the sole to the floor, toes up, at which balancing by the heel ends, rad."""
     ankle_stop: float = 200.0
     """Stiffness with which ligaments keep the ankle from plantarflexing beyond `ankle_end`, N m/rad."""
     ankle_end: float = 0.8

@@ -46,8 +46,9 @@ static inline float jaxwalk_stance_ankle(const struct jaxwalk *w, float error) {
     const int forward =
         jaxwalk_capture_point(w) > w->x[w->stance] && angle > -w->n.compliant_push_off_ankle;
     const float share = forward ? jaxwalk_clamp(behind / w->n.compliant_push_off_ramp, 0.0f, 1.0f) : 0.0f;
-    const float flat =
-        error > 0.0f ? jaxwalk_clamp((angle + w->n.compliant_balance_ankle) / 0.1f, 0.0f, 1.0f) : 1.0f;
+    const float left = error > 0.0f ? angle + w->n.compliant_balance_ankle
+                                    : w->n.compliant_balance_sole - w->shank[w->stance] - angle;
+    const float flat = jaxwalk_clamp(left / 0.1f, 0.0f, 1.0f);
     const float resting = w->n.compliant_ankle_stiffness * fminf(w->n.compliant_ankle_slack - angle, 0.0f) -
                           w->n.compliant_ankle_capture_gain * error * flat;
     return resting + share * (-jaxwalk_push_off(w) - resting) - w->n.compliant_ankle_damping * rate +

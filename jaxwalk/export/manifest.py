@@ -54,7 +54,8 @@ _UNITS = {
 }
 _COMPLIANT_UNITS = {
     "rad": "pitch_nominal pitch_offset knee_loading knee_standing ankle_slack push_off_angle push_off_ramp "
-    "push_off_ankle balance_ankle ankle_end swing_knee back_knee landing_knee swing_sole swing_ankle_most",
+    "push_off_ankle balance_ankle balance_sole ankle_end swing_knee back_knee landing_knee swing_sole "
+    "swing_ankle_most",
     "rad/s": "hip_rate_max swing_rate_max",
     "rad/s^2": "swing_acceleration_most",
     "rad/m": "pitch_capture_gain",

@@ -54,7 +54,7 @@ def batch(
     push_seconds: np.ndarray | float | None = None,
     push_place: np.ndarray | int = pushes.TORSO,
     burden: Burden | None = None,
-    again: float = 0.0,
+    again: np.ndarray | float = 0.0,
 ) -> Scenario:
     """[N] scenarios.
 
@@ -83,7 +83,7 @@ def batch(
         push_height=all_of(push_height),
         push_place=jnp.asarray(np.broadcast_to(np.asarray(push_place, np.int32), count)),
         phase=all_of(phase),
-        again=jnp.full(count, round(again / timestep), jnp.int32),
+        again=jnp.asarray(np.broadcast_to(np.round(np.asarray(again) / timestep), count), jnp.int32),
         key=keys,
         burden=jax.tree.map(all_of, burden),
     )

@@ -34,6 +34,7 @@ SETTLE_SECONDS = 3.0  # statistics begin after this
 PUSH_STEP = 6  # the footstep, counted from the start, in which the push comes
 RECOVERED = 0.1  # m/s off the profile, paper's "steady"
 OFF_SECONDS = 0.05
+GOES_ON = 0.5  # of the speed asked for
 
 Params = Any  # whatever ``act`` wants
 Act = Callable[[Params, Float[Array, "O"]], Float[Array, "2"]]
@@ -112,11 +113,19 @@ class Trial(struct.PyTreeNode):
 
 
 def survived(trials: Trial) -> np.ndarray:
-    """[N] of trials on the host: whether each is up at the end, and met the pushes that were meant for it."""
+    """[N] of trials on the host: whether each walks on, and met the pushes that were meant for it."""
     scenario = trials.scenario
     times = np.where(np.asarray(scenario.again) > 0, 2, 1)
     met = np.isclose(trials.tally.impulse, times * np.asarray(scenario.impulse), rtol=1e-3)
-    return ~np.asarray(trials.state.terminated) & met
+    return walks_on(trials) & met
+
+
+def walks_on(trials: Trial) -> np.ndarray:
+    """[N] of trials on the host: whether each is up at the end, and took its last step at `GOES_ON` of the
+    speed asked for at least: who rocks on the spot for ever, or walks backward, has not got over its push."""
+    state = trials.state
+    asked = GOES_ON * np.asarray(state.walker.person.gait.speed_desired)
+    return ~np.asarray(state.terminated) & (np.asarray(state.last.speed) >= asked)
 
 
 def begin(task: Task, numbers: GaitConfig, scenario: Scenario) -> Trial:

@@ -44,7 +44,7 @@ def test_in_the_second_format_policies_commanded_each_step_and_were_asked_in_eve
     assert before.gait.form == "compliant"
     limp = dataclasses.replace(
         now.gait.compliant, knee_stop=0.0, back_toe_off=1.0, toe_off_least=-1.0, landing_behind=100.0,
-        balance_ankle=100.0, ankle_stop=0.0,
+        balance_ankle=100.0, ankle_stop=0.0, balance_sole=100.0,
         length_speed=0.0, duration_speed=0.0, capture_speed=0.0, push_off_speed=0.0,
     )  # fmt: skip
     assert before.circumstances.share == 0.0 and before.train.height_spread == 0.1
@@ -63,6 +63,12 @@ def test_in_the_third_format_a_leg_stepped_back_as_it_swung():
         0,
     ) * 4
     assert of_dict({"format": 3, "gait": {"toe_off_form": "paper"}}).gait.toe_off_form == "one-leg"
+
+
+def test_in_the_fourth_format_walkers_balanced_on_the_edge_of_a_heel():
+    before, now = of_dict({"format": 4}), of_dict({"format": FORMAT})
+    legs = dataclasses.replace(now.gait.compliant, balance_sole=100.0)
+    assert before == dataclasses.replace(now, gait=dataclasses.replace(now.gait, compliant=legs))
 
 
 def test_what_a_file_of_the_second_format_says_is_kept():

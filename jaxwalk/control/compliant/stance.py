@@ -85,7 +85,8 @@ def ankle(
     """Torque of the stance ankle, N m: a damped spring beyond a slack, then push-off, once the leg is behind
     the vertical and the body falls forward over it.
 
-    Balancing by the toes ends as the heel rises: beyond that the leg would vault the body into the air.
+    Balancing by the toes ends as the heel rises: beyond that the leg would vault the body into the air. That
+    by the heel ends as the toes rise: the foot would turn up, and the body stand on its edge.
     """
     own, stance = config.compliant, clock.stance
     _, _, angle = estimate.joints[stance]
@@ -94,8 +95,9 @@ def ankle(
     forward = (where.capture > where.ankle[stance]) & (angle > -own.push_off_ankle)
     share = jnp.where(forward, jnp.clip(behind / own.push_off_ramp, 0.0, 1.0), 0.0)
     spring = own.ankle_stiffness * jnp.minimum(own.ankle_slack - angle, 0.0)
-    flat = jnp.clip((angle + own.balance_ankle) / _BALANCE_RAMP, 0.0, 1.0)
-    balance = -own.ankle_capture_gain * error * jnp.where(error > 0, flat, 1.0)
+    toes = (angle + own.balance_ankle) / _BALANCE_RAMP
+    heel = (own.balance_sole - where.shank[stance] - angle) / _BALANCE_RAMP
+    balance = -own.ankle_capture_gain * error * jnp.clip(jnp.where(error > 0, toes, heel), 0.0, 1.0)
     resting = spring + balance
     pushed = resting + share * (-push_off(config, estimate) - resting)
     return pushed - own.ankle_damping * rate + ankle_stop(config, angle)

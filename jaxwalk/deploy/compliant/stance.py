@@ -73,7 +73,9 @@ def ankle(
     behind = np.arctan2(-posture.x[stance], -posture.z[stance]) - own.push_off_angle
     forward = capture_point(who, gravity, estimate) > posture.x[stance] and angle > -own.push_off_ankle
     share = min(max(behind / own.push_off_ramp, _ZERO), _ONE) if forward else _ZERO
-    flat = min(max((angle + own.balance_ankle) / _BALANCE_RAMP, _ZERO), _ONE) if error > 0 else _ONE
+    sole = posture.shank[stance] + angle
+    left = angle + own.balance_ankle if error > 0 else own.balance_sole - sole
+    flat = min(max(left / _BALANCE_RAMP, _ZERO), _ONE)
     resting = (
         own.ankle_stiffness * min(own.ankle_slack - angle, _ZERO) - own.ankle_capture_gain * error * flat
     )

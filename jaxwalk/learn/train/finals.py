@@ -37,7 +37,8 @@ def examination(config: Config, act: Act, mesh: Mesh, seed: int) -> Exam:
 
 
 class Finals:
-    """The best policies of one run so far, and how it is settled between them.
+    """The best policies of one run so far, and how it is settled between them and the one that it began with:
+    what was learned has to earn its place.
 
     Args:
       seed: of the run.
@@ -55,7 +56,10 @@ class Finals:
         if not math.isfinite(score):
             return
         kept = jax.tree.map(jnp.copy, candidate)  # training donates its buffers
-        self._entered = sorted([*self._entered, (kept, score)], key=lambda one: -one[1])[: self._most]
+        ranked = sorted([*self._entered, (kept, score)], key=lambda one: -one[1])
+        self._entered = [
+            one for place, one in enumerate(ranked) if place < self._most or one[0].metadata.footsteps == 0
+        ]
 
     @property
     def entered(self) -> list[tuple[int, float]]:

@@ -52,7 +52,8 @@ class Pushes:
 
     Attributes:
       impulses: [I] N s. phases: [P] share of the step at which the push begins.
-      survival: [I][P] share that met its push and is up at the end, about `AFTER_PUSH` seconds later.
+      survival: [I][P] share that met its push and walks on at the end, about `AFTER_PUSH` seconds later
+        (`trials.walks_on`).
       recovery_seconds: [I][P] mean time until steady, over those that were steady again; None
         where none was.
       steady: [I][P] share that was steady again.

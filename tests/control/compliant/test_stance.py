@@ -18,8 +18,9 @@ LEGS = CompliantConfig(
     hip_speed_min=0.2, knee_stiffness=500.0, knee_damping=20.0, knee_loading=0.4, knee_standing=0.2,
     knee_seconds=0.2, ankle_stiffness=300.0, ankle_slack=0.1, ankle_damping=5.0, ankle_capture_gain=100.0,
     push_off_angle=0.2, push_off_ramp=0.1, push_off_torque=100.0, push_off_gain=200.0, push_off_share=1.0,
-    push_off_ankle=0.3, landing_time=0.6, landing_capture=0.4, balance_ankle=0.5, ankle_stop=200.0,
-    ankle_end=0.8, length_speed=0.0, duration_speed=0.2, capture_speed=0.1, push_off_speed=0.0,
+    push_off_ankle=0.3, landing_time=0.6, landing_capture=0.4, balance_ankle=0.5, balance_sole=0.2,
+    ankle_stop=200.0, ankle_end=0.8, length_speed=0.0, duration_speed=0.2, capture_speed=0.1,
+    push_off_speed=0.0,
 )  # fmt: skip
 NUMBERS = GaitConfig(compliant=LEGS, speed_desired=1.0)
 BODY = Skeleton(
@@ -150,6 +151,20 @@ def test_the_ankle_moves_the_centre_of_pressure_under_the_capture_point():
 def test_balancing_by_the_toes_ends_before_the_leg_vaults(ankle, error, torque):
     seen = leaning(0.1, ankle=ankle)
     told = stance.ankle(NUMBERS, clock(), where(seen), seen, f(error))
+    assert told == pytest.approx(torque, abs=1e-2)
+
+
+@pytest.mark.parametrize(
+    "ankle, torque",
+    [
+        (0.2, 0.0),  # the toes 0.1 rad up: 30 against the spring's 30
+        (0.25, 15.0 - 45.0),  # half
+        (0.35, -75.0),  # the spring alone
+    ],
+)
+def test_balancing_by_the_heel_ends_before_the_foot_turns_up(ankle, torque):
+    seen = leaning(0.1, ankle=ankle)
+    told = stance.ankle(NUMBERS, clock(), where(seen), seen, f(-0.3))
     assert told == pytest.approx(torque, abs=1e-2)
 
 
