@@ -83,7 +83,7 @@ BEFORE = {
     "balance_ankle": 100.0,
     "balance_sole": 100.0,
 }
-PLAN_BEFORE = {"pitch_least": -10.0}
+PLAN_BEFORE = {"pitch_least": -10.0, "back_beyond": 1.0}
 """What was not searched at first, of the legs and of the rule, with the numbers that walks had then."""
 BACK = ("pitch_gain", "knee", "knee_stiffness", "knee_damping")
 """Of these numbers of the swing, a step back had none of its own before."""

@@ -54,12 +54,13 @@ _BEFORE: dict[int, dict[str, Any]] = {
         },
         "pushes": {"impulse_forward": 130.0, "impulse_backward": 110.0},
     },
-    4: {"gait": {"compliant": {"balance_sole": 100.0}}},
+    4: {"gait": {"compliant": {"balance_sole": 100.0}, "step_plan": {"back_beyond": 1.0}}},
 }  # fmt: skip
 """Defaults of each format that are others in the next, or had no field yet. In 1, which said no number,
 walkers had rigid legs moved by servos and took one decision a step; in 2, policies commanded each step; in
 3, a leg that steps back swung as any other, ankles turned without end, steps were of one speed, training had
-one circumstance, and the paper's toe-off moved one leg; in 4, walkers balanced on the edge of a heel."""
+one circumstance, and the paper's toe-off moved one leg; in 4, walkers balanced on the edge of a heel,
+and waited for a foot that was far enough behind."""
 FORMAT = 1 + len(_BEFORE)
 """Of configurations."""
 

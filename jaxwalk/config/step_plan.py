@@ -40,6 +40,9 @@ class StepPlanConfig:
     """How far behind the stance ankle it is put at least, m."""
     back_speed: float = 2.928
     """How fast the foot goes there, m/s."""
+    back_beyond: float = 0.0
+    """Share of its way back that counts for a foot that is further behind already: it only has to be put
+    down."""
     back_time: float = 0.3663
     """Longest time that is left for it, s."""
     back_latest: float = 3.0

@@ -173,9 +173,10 @@ static inline void jaxwalk_plan(struct jaxwalk *w) {
     if (capture - stance < -w->n.plan_back_margin) { /* a step back */
         const float place =
             fminf(w->n.plan_back_gain * capture - w->n.plan_back_reach, stance - w->n.plan_back_least);
-        const float way = fabsf(w->x[swing] - place) / w->n.plan_back_speed;
+        const float gap = w->x[swing] - place, way = fmaxf(gap, -w->n.plan_back_beyond * gap);
         length = 2.0f * place;
-        seconds = w->elapsed + jaxwalk_clamp(way, w->n.plan_back_soonest, w->n.plan_back_time);
+        seconds = w->elapsed +
+                  jaxwalk_clamp(way / w->n.plan_back_speed, w->n.plan_back_soonest, w->n.plan_back_time);
     }
     w->length = jaxwalk_clamp(length + w->change[0], w->n.length_min, w->n.length_max);
     const float longest = fmaxf(w->n.duration_max, fminf(seconds, w->n.plan_back_latest));

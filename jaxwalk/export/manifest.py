@@ -82,7 +82,7 @@ _STEP_PLAN_UNITS = {
     "m/rad": "pitch_gain",
     "rad": "pitch_least",
     "s/m": "duration_gain",
-    "1": "length_gain back_gain",
+    "1": "length_gain back_gain back_beyond",
 }
 UNITS = {
     f"{prefix}{name}": unit

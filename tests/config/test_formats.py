@@ -48,7 +48,7 @@ def test_in_the_second_format_policies_commanded_each_step_and_were_asked_in_eve
         length_speed=0.0, duration_speed=0.0, capture_speed=0.0, push_off_speed=0.0,
     )  # fmt: skip
     assert before.circumstances.share == 0.0 and before.train.height_spread == 0.1
-    plan = dataclasses.replace(now.gait.step_plan, pitch_least=-10.0, back_latest=0.0)
+    plan = dataclasses.replace(now.gait.step_plan, pitch_least=-10.0, back_latest=0.0, back_beyond=1.0)
     assert before.gait == dataclasses.replace(now.gait, steps="told", compliant=limp, step_plan=plan)
     assert (before.ddpg.return_steps, before.reward.zmp_weight, before.pushes.focus) == (1, 0.1, 0.0)
 
@@ -68,7 +68,10 @@ def test_in_the_third_format_a_leg_stepped_back_as_it_swung():
 def test_in_the_fourth_format_walkers_balanced_on_the_edge_of_a_heel():
     before, now = of_dict({"format": 4}), of_dict({"format": FORMAT})
     legs = dataclasses.replace(now.gait.compliant, balance_sole=100.0)
-    assert before == dataclasses.replace(now, gait=dataclasses.replace(now.gait, compliant=legs))
+    plan = dataclasses.replace(now.gait.step_plan, back_beyond=1.0)
+    assert before == dataclasses.replace(
+        now, gait=dataclasses.replace(now.gait, compliant=legs, step_plan=plan)
+    )
 
 
 def test_what_a_file_of_the_second_format_says_is_kept():

@@ -139,6 +139,17 @@ def test_a_push_that_comes_again_does_so_once_and_both_have_to_be_survived(trial
     assert not survived(only_one)[TWICE]
 
 
+@pytest.mark.parametrize("share, goes_on", [(1.0, True), (0.51, True), (0.49, False), (-1.0, False)])
+def test_who_stays_up_but_does_not_walk_on_has_not_survived(trials, share, goes_on):
+    """Who rocks on the spot, or walks backward for ever."""
+    asked = np.full(len(CASES), CONFIG.gait.speed_desired, np.float32)
+    last = trials.state.last.replace(speed=share * asked)
+    slower = trials.replace(state=trials.state.replace(last=last))
+    up = ~trials.state.terminated
+    np.testing.assert_array_equal(survived(slower)[up], goes_on)
+    assert not survived(slower)[~up].any()
+
+
 def test_a_push_begins_at_its_phase_of_the_step(trials):
     start = trials.state.walker.push.start
     mean = float(trials.tally.step_seconds[NONE] / trials.tally.steps[NONE])

@@ -33,11 +33,12 @@ def planned(
     # Ahead of the hip, as the capture point is: the stance ankle, and where the foot is put in a step back.
     stands, swing = where.ankle[clock.stance], where.ankle[1 - clock.stance]
     place = jnp.minimum(own.back_gain * where.capture - own.back_reach, stands - own.back_least)
-    way = jnp.clip(jnp.abs(swing - place) / own.back_speed, own.back_soonest, own.back_time)
+    way = jnp.maximum(swing - place, own.back_beyond * (place - swing))
+    time_back = jnp.clip(way / own.back_speed, own.back_soonest, own.back_time)
     back = where.capture - stands < -own.back_margin
     return jnp.where(
         back,
-        jnp.stack([2.0 * place, clock.elapsed + way]),
+        jnp.stack([2.0 * place, clock.elapsed + time_back]),
         jnp.stack(
             [
                 jnp.maximum(length, own.length_least),

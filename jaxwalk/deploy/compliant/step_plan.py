@@ -24,9 +24,10 @@ def planned(
     capture, stance = capture_point(who, gravity, estimate), posture.x[clock.stance]
     if capture - stance < -own.back_margin:
         place = min(own.back_gain * capture - own.back_reach, stance - own.back_least)
-        way = abs(posture.x[clock.swing] - place) / own.back_speed
+        way = posture.x[clock.swing] - place
+        way = max(way, -own.back_beyond * way)
         length = np.float32(2) * place
-        time = clock.elapsed + min(max(way, own.back_soonest), own.back_time)
+        time = clock.elapsed + min(max(way / own.back_speed, own.back_soonest), own.back_time)
     more, longer = clock.change
     length = min(max(length + more, numbers.length_min), numbers.length_max)
     longest = max(numbers.duration_max, min(time, own.back_latest))

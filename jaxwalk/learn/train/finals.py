@@ -26,7 +26,7 @@ IMPULSES: dict[Form, tuple[float, ...]] = {
     "compliant": (80.0, 125.0, 140.0, 150.0, 160.0, -80.0, -125.0, -140.0, -150.0, -160.0),
 }
 """N s, by the legs."""
-REPLICAS, MORE = 2, 16
+REPLICAS, MORE = 2, 10
 """Walkers at each phase of each; by native code more, which tells the worst phase within a few per cent."""
 
 

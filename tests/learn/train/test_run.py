@@ -80,12 +80,36 @@ def test_metrics_and_summary_agree(finished):
     assert not summary["interrupted"]
 
 
-def test_the_finals_are_among_the_best_evaluations_and_their_winner_is_kept(finished):
+def test_the_finals_are_between_the_best_evaluations_and_the_first_and_their_winner_is_kept(finished):
     rows = [row for row in run_folder.read_metrics(finished) if "eval/score" in row]
     ranked = sorted(rows, key=lambda row: -row["eval/score"])[: CONFIG.train.finalists]
     summary = json.loads((finished / "summary.json").read_text())
-    assert {one["footsteps"] for one in summary["finals"]} == {row["footsteps"] for row in ranked}
+    met = {one["footsteps"] for one in summary["finals"]}
+    assert met == {0} | {row["footsteps"] for row in ranked}  # what was learned meets what it began with
     assert summary["best"]["footsteps"] == max(summary["finals"], key=lambda one: one["score"])["footsteps"]
+
+
+def test_what_a_run_began_with_meets_whoever_was_evaluated_better(finished):
+    one = policy.load(finished / "policy.safetensors")
+    entered = finals.Finals(CONFIG, devices.mesh(), 0)
+    for footsteps, score in ((0, 0.1), (10, 0.5), (20, 0.9), (30, 0.4), (40, 0.7), (50, 0.2)):
+        metadata = dataclasses.replace(one.metadata, footsteps=footsteps)
+        entered.enter(dataclasses.replace(one, metadata=metadata), score)
+    assert entered.entered == [(20, 0.9), (40, 0.7), (10, 0.5), (0, 0.1)]
+
+
+def test_policies_are_graded_with_late_instruments_on_weak_motors_and_by_second_pushes():
+    exam = evaluation.Exam(CONFIG, policy.act, devices.mesh(), 0)
+    met = exam.scenarios
+    late = np.asarray(met.burden.delay) > 0
+    np.testing.assert_array_equal(np.asarray(met.burden.strength)[late], np.float32(0.8))
+    np.testing.assert_array_equal(np.asarray(met.burden.strength)[~late], 1.0)
+    again = np.asarray(met.again)
+    assert set(again) == {0, round(1.0 / CONFIG.physics.timestep)}
+    assert not (late & (again > 0)).any() and not late[exam.is_calm].any() and not again[exam.is_calm].any()
+    for which in (late, again > 0):
+        pushed = np.asarray(met.impulse)[which]
+        assert (pushed > 0).any() and (pushed < 0).any()
 
 
 def test_a_score_that_is_not_finite_does_not_take_part(finished):
