@@ -1,7 +1,5 @@
 """A policy of the first format walks as it did when it was the shipped one."""
 
-import dataclasses
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -26,7 +24,7 @@ def landed(task: Task, state: stepper.Stepper) -> jax.Array:
 @pytest.fixture(scope="module")
 def walk():
     subject = named.load("shipped-rigid", noise=0.0)
-    task = dataclasses.replace(Task.of(subject.config), episode_ticks=pushes.NEVER)
+    task = Task.of(subject.config).endless()
     ticks = rollout.watched(landed)
     program = jax.jit(lambda s: rollout.segment(task, subject.act, 400, ticks, subject.params, s)[1])
     height, mass, noise = jnp.float32(1.8), jnp.float32(75.0), jnp.float32(0.0)
