@@ -3,12 +3,17 @@
 import gc
 import os
 import sys
-from importlib import import_module
+from importlib import import_module, metadata
 from pathlib import Path
 
 # XLA's dearer passes take half of the tests' time and change nothing that they say; JAX's own CI does so too.
 # Before JAX is imported; the processes that tests start inherit it.
 os.environ.setdefault("JAX_DISABLE_MOST_OPTIMIZATIONS", "1")
+# Nor do programs by XLA's older emitter, which compiles in less than half the time. Another XLA may not know
+# the flag, and would not start.
+_OLDER_EMITTER = "xla_cpu_use_fusion_emitters"
+if metadata.version("jaxlib").startswith("0.10.") and _OLDER_EMITTER not in os.environ.get("XLA_FLAGS", ""):
+    os.environ["XLA_FLAGS"] = f"{os.environ.get('XLA_FLAGS', '')} --{_OLDER_EMITTER}=false".strip()
 
 sys.path.append(str(Path(__file__).parent))
 # Before any module of the package is imported: every call's types and shapes are checked.
