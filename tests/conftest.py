@@ -24,13 +24,13 @@ import_module("jaxwalk.common.runtime").setup()
 
 # Files that take longest, about in this order. Begun last, one of them would keep a single worker busy.
 DEAREST = """
-measure/bench/test_bench learn/train/test_resume task/test_backend model/test_physics deploy/test_deploy
-kernels/test_fused learn/ddpg/test_probe task/test_replan measure/push_map/test_push_map task/test_collect
-task/test_env measure/test_generalise measure/test_evaluate test_api docs/test_readme measure/test_walk
-measure/gait/test_forces measure/gait/test_record learn/train/test_run learn/ddpg/test_update
-measure/gait/test_gait_report control/test_walker measure/test_report kernels/test_native
-learn/train/test_es learn/train/test_costs export/test_export model/test_burdens fuzz/test_files
-control/rigid/test_back_step
+learn/train/test_resume measure/bench/test_bench task/test_replan deploy/test_deploy
+measure/push_map/test_push_map task/test_collect measure/test_generalise model/test_physics
+task/test_backend kernels/test_fused fuzz/test_files measure/gait/test_record task/test_env
+measure/gait/test_forces measure/test_report model/test_burdens measure/test_evaluate
+measure/gait/test_gait_report learn/train/test_es control/rigid/test_back_step learn/ddpg/test_probe
+docs/test_readme show/test_render learn/sweep/test_sweep show/test_view control/test_walker
+task/test_kept_walk model/test_newton learn/train/test_costs export/test_export
 """.split()
 
 
