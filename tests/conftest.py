@@ -22,15 +22,16 @@ import_module("typecheck").install()
 import_module("jaxwalk.common.runtime").setup()
 
 
-# Files that take longest, about in this order. Begun last, one of them would keep a single worker busy.
+# Files that take longest, about in this order. Begun last, one of them would keep a single worker
+# busy; two that need one program (kernels/test_fused, task/test_backend) are not begun together.
 DEAREST = """
-learn/train/test_resume measure/bench/test_bench task/test_replan deploy/test_deploy
+learn/train/test_resume measure/bench/test_bench kernels/test_fused task/test_replan deploy/test_deploy
 measure/push_map/test_push_map task/test_collect measure/test_generalise model/test_physics
-task/test_backend kernels/test_fused fuzz/test_files measure/gait/test_record task/test_env
-measure/gait/test_forces measure/test_report model/test_burdens measure/test_evaluate
-measure/gait/test_gait_report learn/train/test_es control/rigid/test_back_step learn/ddpg/test_probe
-docs/test_readme show/test_render learn/sweep/test_sweep show/test_view control/test_walker
-task/test_kept_walk model/test_newton learn/train/test_costs export/test_export
+task/test_backend fuzz/test_files measure/gait/test_record task/test_env measure/gait/test_forces
+measure/test_report model/test_burdens measure/test_evaluate measure/gait/test_gait_report
+learn/train/test_es control/rigid/test_back_step learn/ddpg/test_probe docs/test_readme show/test_render
+learn/sweep/test_sweep show/test_view control/test_walker task/test_kept_walk model/test_newton
+learn/train/test_costs export/test_export
 """.split()
 
 
