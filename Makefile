@@ -22,10 +22,10 @@ train: $(READY) ## train a policy into runs/<date-time>
 	$(BIN)/jaxwalk train $(ARGS)
 
 test: $(READY) ## the tests, the slow ones left out
-	$(BIN)/python -m pytest -q -n auto --dist loadfile $(ARGS)
+	$(BIN)/python -m pytest -q -n auto --dist loadfile --no-loadscope-reorder $(ARGS)
 
 test-all: $(READY) ## all tests
-	$(BIN)/python -m pytest -q -n auto --dist loadfile -m "slow or not slow" $(ARGS)
+	$(BIN)/python -m pytest -q -n auto --dist loadfile --no-loadscope-reorder -m "slow or not slow" $(ARGS)
 
 bench: $(READY) ## bare mjx.step, the tick and training, measured (ARGS="--stages", "--batches 64,256,1024,4096,16384")
 	$(BIN)/jaxwalk bench $(ARGS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import jax
@@ -10,7 +11,8 @@ from jaxwalk.control import walker
 from jaxwalk.control.person import model_of
 from jaxwalk.control.walker import Walker
 from jaxwalk.model.engine import Setup
-from jaxwalk.task import backend
+from jaxwalk.task import backend, stepper
+from jaxwalk.task.stepper import Task
 
 
 def alone(setup: Setup, state: Walker) -> tuple[Walker, Any]:
@@ -26,6 +28,16 @@ def many(setup: Setup) -> Any:
         return after, jax.tree.map(lambda x: x[0], events)
 
     return jax.jit(jax.vmap(one))
+
+
+WALKERS = 1000  # of `by_xla`
+
+
+@functools.cache
+def by_xla(task: Task) -> Any:
+    """The program of `WALKERS` steppers, a tick further each, as XLA compiles it: for whoever holds others
+    against it, so that it is compiled once."""
+    return jax.jit(jax.vmap(lambda state: stepper.alone(task, state)[0]))
 
 
 def run(function: Any, setup: Setup, count: int, state: Walker) -> tuple[Walker, Any]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import fields
 from typing import Any
 
@@ -174,41 +174,45 @@ def _numbers(config: Config) -> Iterator[tuple[str, dict[str, float]]]:
         part: kind(**dict.fromkeys((f.name for f in fields(kind)), 1.0)) for part, (_, kind) in PARTS.items()
     }
     ones = dataclasses.replace(gait, **dict.fromkeys(RIGID, 1.0), **parts)
+    ratios = [Similarity(jnp.float32(length), jnp.float32(mass)) for length, mass in _RATIOS]
+    found = [scaling.scaled(ones, ratio) for ratio in ratios]
     for name in names:
-        yield name, _number(lambda r, n=name: getattr(scaling.scaled(ones, r), n), getattr(gait, name))
+        yield name, _number([getattr(x, name) for x in found], getattr(gait, name))
     for part, (prefix, kind) in PARTS.items() if gait.form == "compliant" else ():
         for name in (f.name for f in fields(kind)):
             value = getattr(getattr(gait, part), name)
-            told = _number(lambda r, p=part, n=name: getattr(getattr(scaling.scaled(ones, r), p), n), value)
-            yield f"{prefix}{name}", told
+            yield f"{prefix}{name}", _number([getattr(getattr(x, part), name) for x in found], value)
 
     reference = anthropometry.build(BodyConfig(table=config.body.table))
     setup = Setup.of(config)
+    bones = [kinematics.skeleton(reference, ratio.length) for ratio in ratios]
     for name in ("thigh", "shank", "foot", "torso"):
-        yield name, _number(lambda r, n=name: getattr(kinematics.skeleton(reference, r.length), n))
+        yield name, _number([getattr(x, name) for x in bones])
     named = {"torso_inertia": "torso", "half_leg": "leg_mass", "ankle_damping": "damping"}
+    held = [inertias(setup, Person(ratio, gait)) for ratio in ratios]
     for name, field in named.items():
-        yield (
-            name,
-            _number(lambda r, f=field: getattr(inertias(setup, Person(r, config.gait)), f)),
-        )
-    yield "ankle_limit", _number(lambda r: config.physics.ankle_limit * r.torque)
-    yield "torso_share", _number(lambda r: posture.TORSO_SHARE)
+        yield name, _number([getattr(x, field) for x in held])
+    yield "ankle_limit", _number([config.physics.ankle_limit * ratio.torque for ratio in ratios])
+    yield "torso_share", _number([posture.TORSO_SHARE] * len(_RATIOS))
 
 
-def _number(of: Callable[[Similarity], Any], value: float | None = None) -> dict[str, float]:
-    """A number, and the powers of stature and mass that it goes with, found by doubling each."""
+_RATIOS = (1.0, 1.0), (2.0, 1.0), (1.0, 2.0)
+"""Of stature and mass: the reference body; twice its stature; twice its mass."""
 
-    def at(length: float, mass: float) -> float:
-        return float(of(Similarity(jnp.float32(length), jnp.float32(mass))))
 
-    here = at(1.0, 1.0)
+def _number(at: Sequence[Any], value: float | None = None) -> dict[str, float]:
+    """A number, and the powers of stature and mass that it goes with.
+
+    Args:
+      at: what it is at each of `_RATIOS`. value: itself; default: the first of those.
+    """
+    here, longer, heavier = map(float, at)
 
     def power(there: float) -> float:
         return round(2 * math.log2(there / here)) / 2 if here else 0.0
 
     return {
         "value": here if value is None else value,
-        "length": power(at(2.0, 1.0)),
-        "mass": power(at(1.0, 2.0)),
+        "length": power(longer),
+        "mass": power(heavier),
     }

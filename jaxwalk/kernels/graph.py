@@ -145,6 +145,8 @@ class Graph:
         if len(args) != 2:
             return None
         a, b = args
+        if a is not b and isinstance(a, Node) and isinstance(b, Node):  # most are
+            return None
         if op == "add":
             return self._sum(a, b)
         if op == "sub":
@@ -204,7 +206,7 @@ def reach(results: list[Entry]) -> list[Node]:
 
 
 def _is(entry: Entry, value: int) -> bool:
-    return known(entry) and bool(entry == value)
+    return not isinstance(entry, Node) and bool(entry == value)
 
 
 def is_key(dtype: Any) -> bool:

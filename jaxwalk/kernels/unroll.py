@@ -51,15 +51,16 @@ def _run(graph: Graph, closed: jex.ClosedJaxpr, args: Sequence[Entries]) -> list
     known_as: dict[Any, Entries] = dict(zip(jaxpr.constvars, map(constant, closed.consts), strict=True))
     known_as.update(zip(jaxpr.invars, args, strict=True))
 
-    def read(atom: Any) -> Entries:
-        if isinstance(atom, jex.Literal):
-            return constant(np.asarray(atom.val, cast(ShapedArray, atom.aval).dtype))
-        return known_as[atom]
-
     for eqn in _needed(jaxpr):
-        results = _bind(graph, eqn, [read(x) for x in eqn.invars])
+        results = _bind(graph, eqn, [_read(known_as, x) for x in eqn.invars])
         known_as.update(zip(eqn.outvars, results, strict=True))
-    return [read(x) for x in jaxpr.outvars]
+    return [_read(known_as, x) for x in jaxpr.outvars]
+
+
+def _read(known_as: dict[Any, Entries], atom: Any) -> Entries:
+    if isinstance(atom, jex.Literal):
+        return constant(np.asarray(atom.val, cast(ShapedArray, atom.aval).dtype))
+    return known_as[atom]
 
 
 def _bind(graph: Graph, eqn: Any, args: list[Entries]) -> list[Entries]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 from functools import partial
 from operator import itemgetter
@@ -93,7 +92,7 @@ class Recorder:
     """
 
     def __init__(self, subject: Subject, batch: int) -> None:
-        task = self._task = dataclasses.replace(Task.of(subject.config), episode_ticks=pushes.NEVER)
+        task = self._task = Task.of(subject.config).endless()
         mesh = devices.mesh()
         block = backend.block(task.setup)
         whole = mesh.size * block

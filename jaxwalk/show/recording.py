@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from functools import partial
 
@@ -127,7 +126,7 @@ class Loop:
     def __init__(self, subject: Subject, windows: int) -> None:
         config = subject.config
         self._params = subject.params
-        self._task = dataclasses.replace(Task.of(config), episode_ticks=pushes.NEVER)
+        self._task = Task.of(config).endless()
         self._start = jax.jit(partial(stepper.start, self._task, config.gait))
         self._person = tuple(map(jnp.float32, (config.body.height, config.body.mass, config.sensors.noise)))
         tick = rollout.watched(_look)

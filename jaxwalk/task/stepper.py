@@ -14,7 +14,7 @@ from jaxwalk.control import walker
 from jaxwalk.control.person import Person, model_of
 from jaxwalk.control.walker import Walker
 from jaxwalk.kernels import fused as kernels
-from jaxwalk.model import engine
+from jaxwalk.model import engine, pushes
 from jaxwalk.model.burdens import Burden
 from jaxwalk.model.engine import Setup
 from jaxwalk.task import footstep
@@ -47,6 +47,11 @@ class Task:
         ticks = round(config.train.episode_seconds / config.physics.timestep)
         setup, gamma, replan = Setup.of(config, engine), config.ddpg.gamma, config.task.replan
         return cls(setup, config.observation, config.reward, gamma, ticks, replan)
+
+    def endless(self) -> Task:
+        """The same walk, which no time ends, and of which nobody looks at what is earned: one program serves
+        whatever was trained for."""
+        return replace(self, reward=RewardConfig(), gamma=1.0, episode_ticks=pushes.NEVER)
 
 
 class Footstep(struct.PyTreeNode):

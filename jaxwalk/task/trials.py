@@ -6,7 +6,6 @@ evaluations within training all run through it.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 from functools import partial
 from operator import itemgetter
@@ -296,7 +295,7 @@ class Runner:
     ) -> None:
         mesh = devices.mesh() if mesh is None else mesh
         # A trial ends by falling or when it is over, never by an episode's time limit.
-        self.task = task = dataclasses.replace(task, episode_ticks=pushes.NEVER)
+        self.task = task = task.endless()
         block = backend.block(task.setup)
         whole = mesh.size * block
         self.batch = -(-batch // whole) * whole

@@ -147,6 +147,31 @@ def _readings(said):
     )
 
 
+class Told:
+    """A runtime of which is kept what it gives, all but the last: (commands [T, 6], touch-downs [T],
+    observations [T, O])."""
+
+    def __init__(self, runtime, observed):
+        self._runtime, self._observed, self._rows = runtime, observed, []
+
+    def start(self, said, stance):
+        command = self._runtime.start(said, stance)
+        self._rows.append((command, False, self._observed(self._runtime)))
+        return command
+
+    def tick(self, said):
+        command = self._runtime.tick(said)
+        self._rows.append((command, self.touchdown, self._observed(self._runtime)))
+        return command
+
+    @property
+    def touchdown(self):
+        return self._runtime.touchdown
+
+    def columns(self):
+        return tuple(np.array(column) for column in zip(*self._rows[:-1], strict=True))
+
+
 class Recorded:
     """A walk under the NumPy runtime; what the C runtime and the JAX walker make of its sensors."""
 
@@ -158,11 +183,12 @@ class Recorded:
         path.write_bytes(tensors.to_npz(trained, told))
         runtime = deploy.Controller.load(path)
         seconds = TICKS * config.physics.timestep
-        self.walk = deployed.walk(config, runtime, seconds, 3, shove, keep=True)
+        in_numpy = Told(runtime, lambda c: c.observation)
+        self.walk = deployed.walk(config, in_numpy, seconds, 3, shove, keep=True)
         size = len(config.observation)
         start = deployed.start(config, scenarios.root(3, scenarios.DEPLOYED))
         said, stance = self.walk.said, int(start.gait.stance)
-        self.numpy = _driven(deploy.Controller.load(path), said, stance, lambda c: c.observation)
+        self.numpy = in_numpy.columns()
 
         header = folder / "policy.h"
         header.write_bytes(c.header(trained, told))
@@ -170,7 +196,11 @@ class Recorded:
         library = c_runtime.build(header, folder / name)
         body = config.body.height, config.body.mass, config.gait.speed_desired
         walker_in_c = c_runtime.Controller(library, *body)
-        self.c = _driven(walker_in_c, said, stance, lambda c: c.observation(size))
+        in_c = Told(walker_in_c, lambda c: c.observation(size))
+        in_c.start(said[0], stance)
+        for one in said[1:]:
+            in_c.tick(one)
+        self.c = in_c.columns()
 
         params = policy.without_origin(trained)
         self.actions = np.asarray(policy.act(params, jnp.asarray(self.numpy[2])))
@@ -180,15 +210,6 @@ class Recorded:
         # JAX's command is that of the tick to come, the runtimes' that of the one just made.
         self.jax = commands, np.concatenate([[False], landed[:-1]]), observed
         self.asked = np.flatnonzero(np.concatenate([[False], asked[:-1]]))
-
-
-def _driven(runtime, said, stance, observed):
-    """(commands [T, 6], touch-downs [T], observations [T, O]) of ``runtime`` told ``said``."""
-    rows = [(runtime.start(said[0], stance), False, observed(runtime))]
-    for one in said[1:-1]:
-        command = runtime.tick(one)
-        rows.append((command, runtime.touchdown, observed(runtime)))
-    return tuple(np.array(column) for column in zip(*rows, strict=True))
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import ticks
 
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import BodyConfig, Config, PhysicsConfig
@@ -23,11 +24,10 @@ from jaxwalk.task import backend, env, footstep, rollout, scenarios, spawn, step
 from jaxwalk.task.stepper import Task
 
 PLANAR, RIGID, WALLS = Config(), PRESETS["rigid"], Config(body=BodyConfig(model="walls"))
-WALKERS = 1000
 
 
 @functools.cache
-def walked(config, walkers=WALKERS):
+def walked(config, walkers=ticks.WALKERS):
     """Walkers of all ages, phases, sizes and pushes, none of them lying."""
     task = Task.of(config)
 
@@ -63,15 +63,15 @@ def tick(config):
     """The programs of one tick by native code and by XLA."""
     task = Task.of(config)
     ours = jax.jit(jax.vmap(lambda s: walk.scan(stepper.alone, task, 1, s)[0]))
-    return ours, jax.jit(jax.vmap(lambda s: stepper.alone(task, s)[0]))
+    return ours, ticks.by_xla(task)
 
 
 def ticked(config, states):
-    """One tick of ``states`` by native code and by XLA, in programs of `WALKERS` each."""
+    """One tick of ``states`` by native code and by XLA, in programs of `ticks.WALKERS` each."""
     count = len(states.asked)
     parts = []
-    for first in range(0, count, WALKERS):
-        index = np.arange(first, first + WALKERS) % count
+    for first in range(0, count, ticks.WALKERS):
+        index = np.arange(first, first + ticks.WALKERS) % count
         part = jax.tree.map(lambda x, index=index: x[index], states)
         parts.append([program(part) for program in tick(config)])
     return (jax.tree.map(lambda *x: jnp.concatenate(x)[:count], *some) for some in zip(*parts, strict=True))

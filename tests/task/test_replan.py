@@ -1,7 +1,5 @@
 """Steps that are decided anew: windowed collection against a plain loop over ticks."""
 
-import dataclasses
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -152,7 +150,7 @@ def born():
 @pytest.fixture(scope="module")
 def on():
     """Walks on for a window, of an episode without end."""
-    task = dataclasses.replace(TASK, episode_ticks=2**30)
+    task = TASK.endless()
     return jax.jit(lambda s: collect.run_ticks(task, s, task.setup.window_ticks))
 
 

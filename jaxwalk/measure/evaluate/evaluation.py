@@ -10,7 +10,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from jaxwalk.config import BodyConfig, Engine, RewardConfig
+from jaxwalk.config import BodyConfig, Engine
 from jaxwalk.learn.policies.named import Subject
 from jaxwalk.measure.protocol import PushTest
 from jaxwalk.measure.screen import OnProgress
@@ -78,9 +78,8 @@ class Programs:
 
     def of(self, subject: Subject) -> Runner:
         """The one that runs ``subject``."""
-        # What is earned is not looked at: policies trained for other rewards need no other program.
-        task = replace(Task.of(subject.config, self._engine), reward=RewardConfig(), gamma=1.0)
-        # Nor do other sizes and noises: each scenario brings its own.
+        task = Task.of(subject.config, self._engine).endless()
+        # Other sizes and noises need no other program: each scenario brings its own.
         body = BodyConfig(table=task.setup.body.table, model=task.setup.body.model)
         sensors = replace(task.setup.sensors, noise=1.0)
         task = replace(task, setup=replace(task.setup, body=body, sensors=sensors))

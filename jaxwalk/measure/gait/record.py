@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Iterator
 from functools import partial
 from operator import itemgetter
@@ -19,7 +18,7 @@ from jaxwalk.control.person import skeleton
 from jaxwalk.learn.policies.named import Subject
 from jaxwalk.measure.gait import forces
 from jaxwalk.measure.gait.forces import Forces
-from jaxwalk.model import kinematics, physics, pushes
+from jaxwalk.model import kinematics, physics
 from jaxwalk.task import rollout, stepper
 from jaxwalk.task.scenarios import Scenario
 from jaxwalk.task.stepper import Stepper, Task
@@ -80,7 +79,7 @@ def record(
     Yields:
       [B, T] batches of walkers on the host, N in all, in order.
     """
-    task = dataclasses.replace(Task.of(subject.config), episode_ticks=pushes.NEVER)
+    task = Task.of(subject.config).endless()
     setup, count = task.setup, scenarios.impulse.shape[0]
     mesh = devices.mesh()
     batch = -(-min(BATCH, count) // mesh.size) * mesh.size

@@ -1,6 +1,5 @@
 """A recorded walk is the walk itself."""
 
-import dataclasses
 from functools import partial
 
 import jax
@@ -10,12 +9,12 @@ import numpy as np
 from jaxwalk.config import Config
 from jaxwalk.control.person import Person, model_of
 from jaxwalk.measure.gait import record
-from jaxwalk.model import physics, pushes
+from jaxwalk.model import physics
 from jaxwalk.task import footstep, rollout, stepper
 from jaxwalk.task.stepper import Task
 
 CONFIG = Config()
-TASK = dataclasses.replace(Task.of(CONFIG), episode_ticks=pushes.NEVER)
+TASK = Task.of(CONFIG).endless()
 
 
 def start():
