@@ -100,10 +100,11 @@ def test_what_a_run_began_with_meets_whoever_was_evaluated_better(finished):
 
 def test_policies_are_graded_with_late_instruments_on_weak_motors_and_by_second_pushes():
     exam = evaluation.Exam(CONFIG, policy.act, devices.mesh(), 0)
-    met = exam.scenarios
-    late = np.asarray(met.burden.delay) > 0
-    np.testing.assert_array_equal(np.asarray(met.burden.strength)[late], np.float32(0.8))
-    np.testing.assert_array_equal(np.asarray(met.burden.strength)[~late], 1.0)
+    met, borne = exam.scenarios, exam.scenarios.burden
+    assert borne is not None
+    late = np.asarray(borne.delay) > 0
+    np.testing.assert_array_equal(np.asarray(borne.strength)[late], np.float32(0.8))
+    np.testing.assert_array_equal(np.asarray(borne.strength)[~late], 1.0)
     again = np.asarray(met.again)
     assert set(again) == {0, round(1.0 / CONFIG.physics.timestep)}
     assert not (late & (again > 0)).any() and not late[exam.is_calm].any() and not again[exam.is_calm].any()
