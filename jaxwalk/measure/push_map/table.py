@@ -18,7 +18,7 @@ from jaxwalk.measure.push_map.grid import Grid
 
 NAME = "map.npz"
 RESULTS = {
-    "survived": np.bool_,  # met its push and is up at the end
+    "survived": np.bool_,  # met its push and walks on at the end
     "fall_seconds": np.float32,  # after the push began; NaN for who is up or met none
     "recovery_seconds": np.float32,  # from the push's end to steady; NaN for who never was
     "impulse_delivered": np.float32,  # N s
