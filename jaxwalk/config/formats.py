@@ -54,7 +54,10 @@ _BEFORE: dict[int, dict[str, Any]] = {
         },
         "pushes": {"impulse_forward": 130.0, "impulse_backward": 110.0},
     },
-    4: {"gait": {"compliant": {"balance_sole": 100.0}, "step_plan": {"back_beyond": 1.0}}},
+    4: {
+        "gait": {"compliant": {"balance_sole": 100.0}, "step_plan": {"back_beyond": 1.0}},
+        "ddpg": {"privileged": False},
+    },
 }  # fmt: skip
 """Defaults of each format that are others in the next, or had no field yet. In 1, which said no number,
 walkers had rigid legs moved by servos and took one decision a step; in 2, policies commanded each step; in

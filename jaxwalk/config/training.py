@@ -98,6 +98,8 @@ class DDPGConfig:
     """The same at the end of training."""
     noise_spread: float = 4.0
     """Ratio of the noisiest to the quietest walker's exploration (1: all alike)."""
+    privileged: bool = True
+    """The critic is told besides of the body, what it bears, and the push that is to come; no policy is."""
     layer_norm: bool = True
     """LayerNorm after each hidden layer of the critic."""
     weight_decay: float = 1e-4

@@ -17,7 +17,7 @@ from jaxwalk.kernels import fused as kernels
 from jaxwalk.model import engine, pushes
 from jaxwalk.model.burdens import Burden
 from jaxwalk.model.engine import Setup
-from jaxwalk.task import footstep
+from jaxwalk.task import footstep, privileged
 from jaxwalk.task.transition import Transition
 
 
@@ -32,6 +32,7 @@ class Task:
       gamma: discount of a footstep that did not end in a fall.
       episode_ticks: after these the next touch-down is the last (truncation).
       replan: windows after which the step under way is decided anew; 0: never.
+      privileged: observations go on with what a critic is told besides (`privileged.told`).
     """
 
     setup: Setup
@@ -40,6 +41,7 @@ class Task:
     gamma: float
     episode_ticks: int
     replan: int = 0
+    privileged: bool = False
 
     @classmethod
     def of(cls, config: Config, engine: Engine = "mjx") -> Task:
@@ -124,6 +126,11 @@ def select(condition: Bool[Array, ""], new, old):
     return jax.tree.map(lambda a, b: jnp.where(condition, a, b), new, old)
 
 
+def _observed(task: Task, state: Walker, length: Float[Array, ""]) -> Float[Array, "O"]:
+    seen = footstep.observe(task.observation, task.setup, state, length)
+    return jnp.concatenate([seen, privileged.told(task.setup, state)]) if task.privileged else seen
+
+
 def start(
     task: Task,
     numbers: GaitConfig,
@@ -137,7 +144,7 @@ def start(
     person = Person.of(numbers, height, mass, burden)
     state = walker.start(task.setup, person, key, noise)
     length = walker.landed_length(task.setup, state)
-    observation = footstep.observe(task.observation, task.setup, state, length)
+    observation = _observed(task, state, length)
     zero, false = jnp.zeros(()), jnp.bool_(False)
     action = footstep.nominal_action(person)
     empty = Transition(
@@ -210,7 +217,7 @@ def advance(task: Task, stepper: Stepper, state: Walker, event: walker.Event) ->
     if stepper.interval is not None:
         asks, interval, share, mean = _since(task, stepper.interval, state, event)
         length = jnp.where(event.touchdown, length, stepper.last.length)
-    observation = footstep.observe(task.observation, task.setup, state, length)
+    observation = _observed(task, state, length)
     earned = footstep.reward(task.reward, task.setup, state, mean, length, event.fell)
     discount = jnp.float32(task.gamma)
     if share is not None:

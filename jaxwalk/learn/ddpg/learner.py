@@ -77,9 +77,15 @@ class LearnerState:
 
 
 def init(
-    config: DDPGConfig, key: PRNGKeyArray, observation_size: int, initial_action: Sequence[float]
+    config: DDPGConfig,
+    key: PRNGKeyArray,
+    observation_size: int,
+    initial_action: Sequence[float],
+    privileged: int = 0,
 ) -> LearnerState:
     """A learner whose actor answers close to ``initial_action`` (A numbers) everywhere.
+
+    Its observations go on with as many numbers as are ``privileged``, of which the actor is not told.
 
     With ``config.start`` random it answers close to one that ``key`` draws instead.
 
@@ -92,7 +98,7 @@ def init(
     actor = networks.init_actor(config.hidden, actor_key, observation_size, initial_action)
     if config.start == "random":
         actor = networks.random_start(actor, jax.random.fold_in(actor_key, 1))
-    inputs = jnp.zeros((observation_size,)), jnp.zeros((len(initial_action),))
+    inputs = jnp.zeros((observation_size + privileged,)), jnp.zeros((len(initial_action),))
     ensemble = networks.critics(config.hidden, config.layer_norm, members=2 if config.twin else 1)
     critic = cast(Params, ensemble.init(critic_key, *inputs)["params"])
     return LearnerState(
@@ -104,7 +110,7 @@ def init(
         average=jax.tree.map(jnp.copy, actor),
         actor_optimizer=_optimizer(config, config.actor_lr).init(actor),
         critic_optimizer=_optimizer(config, config.critic_lr, config.weight_decay).init(critic),
-        normalizer=normalizer.init(observation_size, config.normalize_observations),
+        normalizer=normalizer.init(observation_size + privileged, config.normalize_observations),
         updates=jnp.int32(0),
         metrics=Metrics(*(jnp.zeros(()) for _ in range(6)), skipped=jnp.int32(0)),
     )
@@ -121,7 +127,8 @@ def observe(
 
 
 def act(config: DDPGConfig, state: LearnerState, observation: Float[Array, "*B O"]) -> Float[Array, "*B A"]:
-    """The actor's action in [-1, 1] for raw observations, without exploration."""
+    """The actor's action in [-1, 1] for raw observations, with what is privileged or without, and without
+    exploration."""
     return _act(config, state.actor, normalizer.normalize(state.normalizer, observation))
 
 
@@ -249,7 +256,8 @@ def _target(config: DDPGConfig, state: LearnerState, batch: Transition, keys: Ke
 
 def _act(config: DDPGConfig, actor: Params, observation: Array) -> Array:
     action_size = actor["output"]["bias"].shape[0]
-    return networks.applied(networks.Actor(config.hidden, action_size), actor, observation)
+    told = actor["hidden_0" if config.hidden else "output"]["kernel"].shape[0]
+    return networks.applied(networks.Actor(config.hidden, action_size), actor, observation[..., :told])
 
 
 def _values(config: DDPGConfig, critic: Params, observation: Array, action: Array) -> Array:

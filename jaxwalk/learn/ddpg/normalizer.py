@@ -86,8 +86,9 @@ def update(
 
 
 def normalize(state: Normalizer, observation: Float[Array, "*B O"]) -> Float[Array, "*B O"]:
-    """Observations in standard deviations from the mean, within +-``CLIP``."""
-    return standardize(observation, state.mean, state.std, state.clip)
+    """Observations, or the first numbers of them, in standard deviations from the mean, within +-``CLIP``."""
+    size = observation.shape[-1]
+    return standardize(observation, state.mean[:size], state.std[:size], state.clip)
 
 
 def standardize(

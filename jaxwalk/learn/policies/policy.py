@@ -110,9 +110,9 @@ def from_learner(
     config: Config, state: LearnerState, *, seed: int, command: str, footsteps: int, score: float | None
 ) -> Policy:
     """The policy that ``state`` has learned so far under ``config``."""
-    seen = state.normalizer
+    seen, told = state.normalizer, len(config.observation)
     return of_parts(
-        config, state.actor, seen.mean, seen.std, clip=seen.clip,
+        config, state.actor, seen.mean[:told], seen.std[:told], clip=seen.clip,
         seed=seed, command=command, footsteps=footsteps, score=score,
     )  # fmt: skip
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache, partial
 from typing import Any
 
@@ -27,7 +28,7 @@ from jaxwalk.control.person import Person
 from jaxwalk.learn.ddpg import learner, noise, replay_buffer
 from jaxwalk.learn.ddpg.learner import LearnerState
 from jaxwalk.learn.ddpg.replay_buffer import Replay
-from jaxwalk.task import collect, course, footstep, scenarios, spawn
+from jaxwalk.task import collect, course, footstep, privileged, scenarios, spawn
 from jaxwalk.task.course import Course
 from jaxwalk.task.stepper import Stepper, Task
 
@@ -118,7 +119,8 @@ def shardings(mesh: Mesh) -> TrainState:
 
 
 def _build(config: Config) -> Callable[[Any], TrainState]:
-    task, count = Task.of(config), config.train.walkers
+    task, count = _task(config), config.train.walkers
+    besides = privileged.COUNT if task.privileged else 0
 
     def build(seed: Any) -> TrainState:
         walkers_key, learner_key, key = jax.random.split(scenarios.root(seed, scenarios.TRAINING), 3)
@@ -129,7 +131,9 @@ def _build(config: Config) -> Callable[[Any], TrainState]:
         return TrainState(
             steppers=steppers,
             replay=replay_buffer.init(count, capacity, example),
-            learner=learner.init(config.ddpg, learner_key, len(config.observation), _initial_action(config)),
+            learner=learner.init(
+                config.ddpg, learner_key, len(config.observation), _initial_action(config), besides
+            ),
             counts=_no_counts(),
             course=course.start(),
             footsteps=jnp.zeros(()),
@@ -138,6 +142,10 @@ def _build(config: Config) -> Callable[[Any], TrainState]:
         )
 
     return build
+
+
+def _task(config: Config) -> Task:
+    return replace(Task.of(config), privileged=config.ddpg.privileged)
 
 
 def _initial_action(config: Config) -> tuple[float, ...]:
@@ -161,7 +169,7 @@ def on_device(
     config: Config, devices: int, remembers: bool = True, learns: bool = True
 ) -> Callable[[TrainState], TrainState]:
     """What ``make`` runs on each of ``devices`` devices along `AXIS`, with that one's share of the state."""
-    task, share = Task.of(config), config.ddpg.batch_size // blocks(config)
+    task, share = _task(config), config.ddpg.batch_size // blocks(config)
     total = float(config.train.footsteps)
 
     def gather(state: TrainState, key: PRNGKeyArray) -> TrainState:
