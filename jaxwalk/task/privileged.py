@@ -1,8 +1,8 @@
 """What a critic is told besides, in training alone: the body, what it bears, and the push that is to come.
 
-No policy is told of these, and none needs its critic once it is trained: so the critic may know all that the
-simulation does (an asymmetric actor-critic: Pinto et al. 2018). What a return owes to a pack on the back or to the
-push that came is then no noise in what it owes to an answer.
+No policy is told of these, and none needs its critic once it is trained: so the critic may know all that
+the simulation does (an asymmetric actor-critic: Pinto et al. 2018). What a return owes to a pack on the back
+or to the push that came is then no noise in what it owes to an answer.
 """
 
 from __future__ import annotations
@@ -19,9 +19,10 @@ _PAST, _AHEAD = 1.0, 2.0  # s: of pushes over longer ago, or further ahead, is o
 
 
 def told(setup: Setup, state: Walker) -> Float[Array, "12"]:
-    """Stature, build, noise; pack's mass and moment, slope, friction, motors, delay; a push's time, size, height.
+    """Stature, build, noise; mass and moment of the pack, slope, friction, motors, delay; the push.
 
-    In the reference body's units where these scale (m, kg, rad, s, N s).
+    Of the push, when it begins, from now on, its impulse and its height; in the reference body's units where
+    these scale (m, kg, rad, s, N s).
     """
     person, push = state.person, state.push
     ratio = person.ratio

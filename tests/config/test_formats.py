@@ -69,9 +69,8 @@ def test_in_the_fourth_format_walkers_balanced_on_the_edge_of_a_heel():
     before, now = of_dict({"format": 4}), of_dict({"format": FORMAT})
     legs = dataclasses.replace(now.gait.compliant, balance_sole=100.0)
     plan = dataclasses.replace(now.gait.step_plan, back_beyond=1.0)
-    assert before == dataclasses.replace(
-        now, gait=dataclasses.replace(now.gait, compliant=legs, step_plan=plan)
-    )
+    assert before.gait == dataclasses.replace(now.gait, compliant=legs, step_plan=plan)
+    assert now.ddpg == dataclasses.replace(before.ddpg, privileged=True)
 
 
 def test_what_a_file_of_the_second_format_says_is_kept():

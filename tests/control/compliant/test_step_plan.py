@@ -111,8 +111,8 @@ def test_a_body_that_falls_backward_puts_the_foot_behind_the_other(leg):
 
 def test_it_is_put_some_way_behind_the_stance_ankle_at_least():
     """1.5 x 0.3 - 0.05 is 0.4 m ahead of the hip, where the stance ankle is: 0.1 m behind that."""
-    step = planned(0.3, ahead=-0.1, at=0.4, swing=-0.3)
-    np.testing.assert_allclose(step, [0.6, 0.3 + 0.2], atol=1e-5)
+    step = planned(0.3, ahead=-0.1, at=0.4, swing=0.6)
+    np.testing.assert_allclose(step, [0.6, 0.3 + 0.1], atol=1e-5)
 
 
 @pytest.mark.parametrize("ahead, back", [(-0.019, False), (-0.021, True)])

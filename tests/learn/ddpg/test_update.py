@@ -32,6 +32,19 @@ def test_actor_starts_at_the_initial_action():
     np.testing.assert_allclose(action, np.broadcast_to(initial, (100, 2)), atol=0.02)
 
 
+def test_what_is_privileged_moves_the_critic_and_no_answer():
+    config = DDPGConfig(hidden=(8,))
+    state = learner.init(config, jax.random.key(3), 4, (0.4, -0.8), privileged=2)
+    assert state.actor["hidden_0"]["kernel"].shape == (4, 8)
+    seen = jax.random.normal(jax.random.key(4), (5, 6))
+    other = seen.at[:, 4:].add(1.0)
+    answers = [learner.act(config, state, x) for x in (seen, other, seen[:, :4])]
+    np.testing.assert_array_equal(answers[0], answers[1])
+    np.testing.assert_array_equal(answers[0], answers[2])
+    values = [learner.value(config, state, x, answers[0]) for x in (seen, other)]
+    assert (np.asarray(values[0]) != np.asarray(values[1])).all()
+
+
 def test_random_start_is_drawn_by_the_seed_from_the_whole_range():
     config = DDPGConfig(hidden=(8,), start="random")
     observation = jax.random.normal(jax.random.key(4), (5, 4))
