@@ -56,7 +56,8 @@ _BEFORE: dict[int, dict[str, Any]] = {
     },
     4: {
         "gait": {"compliant": {"balance_sole": 100.0}, "step_plan": {"back_beyond": 1.0}},
-        "ddpg": {"privileged": False},
+        "ddpg": {"privileged": False, "hidden": [128, 128], "action_weight": 0.4},
+        "train": {"footsteps": 40_000},
     },
 }  # fmt: skip
 """Defaults of each format that are others in the next, or had no field yet. In 1, which said no number,

@@ -86,7 +86,7 @@ _GPU = Config(
 )
 
 # Half of the footsteps.
-_QUICK = Config(ddpg=DDPGConfig(critic_head_start=500), train=TrainConfig(footsteps=20_000, evaluations=5))
+_QUICK = Config(train=TrainConfig(footsteps=50_000, evaluations=8))
 
 # Seconds of work once compiled: does everything that training does, learns nothing.
 _SMOKE = Config(

@@ -62,7 +62,7 @@ class RewardConfig:
 class DDPGConfig:
     """The learner. The preset ``paper`` holds Liu et al.'s values."""
 
-    hidden: tuple[int, ...] = (128, 128)
+    hidden: tuple[int, ...] = (64, 64)
     """Widths of the hidden layers of actor and critic (the paper's: 400 and 300)."""
     actor_lr: float = 2e-4
     """Learning rate of the actor."""
@@ -74,7 +74,7 @@ class DDPGConfig:
     """Decisions whose rewards a critic's target holds before it believes its own word (1: the paper's)."""
     tau: float = 0.02
     """Share of the online parameters that enters the targets at each update."""
-    action_weight: float = 0.4
+    action_weight: float = 4.0
     """Price of the mean square of the actor's answers, in units of reward: where the critic tells no
     difference they stay near 0, the plan as it is."""
     average_rate: float = 5e-4
@@ -141,7 +141,7 @@ class TrainConfig:
 
     walkers: int = 256
     """Walkers that learn side by side."""
-    footsteps: int = 40_000
+    footsteps: int = 100_000
     """Footsteps gathered before training ends."""
     window_ticks: int = 10
     """Ticks between two looks at whether a walker needs a decision."""

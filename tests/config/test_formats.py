@@ -70,7 +70,7 @@ def test_in_the_fourth_format_walkers_balanced_on_the_edge_of_a_heel():
     legs = dataclasses.replace(now.gait.compliant, balance_sole=100.0)
     plan = dataclasses.replace(now.gait.step_plan, back_beyond=1.0)
     assert before.gait == dataclasses.replace(now.gait, compliant=legs, step_plan=plan)
-    assert now.ddpg == dataclasses.replace(before.ddpg, privileged=True)
+    assert (before.ddpg.privileged, before.ddpg.hidden, before.train.footsteps) == (False, (128, 128), 40_000)
 
 
 def test_what_a_file_of_the_second_format_says_is_kept():
