@@ -21,7 +21,7 @@ SEEDS = (0, 1, 2)
 PROGRAMS = {"jaxwalk": [sys.executable, "-m", "jaxwalk"], "python": [sys.executable]}
 WORDS = {
     "pushes": "--replicas 64 --impulses -140,-125,-110,-95,-80,-60,-40,40,60,80,95,110,125,140,150",
-    "hard": "--replicas 64 --impulses -110,-95,-80,-65,-50,-40,40,60,80,95,110",
+    "hard": "--replicas 64 --impulses -95,-80,-65,-50,-40,40,60,80,95",
     "walls": "--walkers 64 --seconds 20 --impulses -40,30",
     "six": "--impulses -60,-45,-30,30,45,60",
     "legs": "torso+0.2,swing-thigh,swing-shank,stance-thigh,stance-shank",
@@ -57,7 +57,7 @@ ppo-{seed} | jaxwalk train-baseline ppo --footsteps 20000 --seed {seed} --run-di
 learning | python scripts/results.py --collect {runs} {at} |
 rules | jaxwalk compare fixed constant raibert capture-point replan shipped --walkers 256 --seconds 60 \
 --replicas 64 \
---impulses -125,-110,-95,-80,-60,40,70,95,125,140,150 --out {at} | {s}
+--impulses -125,-110,-95,-80,-60,40,70,95,125,140,145 --out {at} | {s}
 compare | jaxwalk compare fixed constant raibert capture-point replan shipped {seeds} --walkers 64 \
 --seconds 20 --impulses -100,-80,-60,-40,40,60,70,80 --out {at} | {s}
 report.html | jaxwalk report shipped --results {results} --out {at} --parts \
