@@ -119,7 +119,7 @@ def shardings(mesh: Mesh) -> TrainState:
 
 
 def _build(config: Config) -> Callable[[Any], TrainState]:
-    task, count = _task(config), config.train.walkers
+    task, count = task_of(config), config.train.walkers
     besides = privileged.COUNT if task.privileged else 0
 
     def build(seed: Any) -> TrainState:
@@ -144,7 +144,8 @@ def _build(config: Config) -> Callable[[Any], TrainState]:
     return build
 
 
-def _task(config: Config) -> Task:
+def task_of(config: Config) -> Task:
+    """What training's walkers decide and are told, the critic's share with it."""
     return replace(Task.of(config), privileged=config.ddpg.privileged)
 
 
@@ -169,7 +170,7 @@ def on_device(
     config: Config, devices: int, remembers: bool = True, learns: bool = True
 ) -> Callable[[TrainState], TrainState]:
     """What ``make`` runs on each of ``devices`` devices along `AXIS`, with that one's share of the state."""
-    task, share = _task(config), config.ddpg.batch_size // blocks(config)
+    task, share = task_of(config), config.ddpg.batch_size // blocks(config)
     total = float(config.train.footsteps)
 
     def gather(state: TrainState, key: PRNGKeyArray) -> TrainState:

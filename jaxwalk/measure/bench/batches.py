@@ -168,7 +168,7 @@ def _build(name: str, config: Config, herd: Herd, builder: Builder, store: Store
     Args:
       store: for checkpoints of the loop that saves.
     """
-    walkers, task = config.train.walkers, Task.of(config)
+    walkers, task = config.train.walkers, device_loop.task_of(config)
     count = config.train.windows_per_report
     label = f"{name} of {walkers}"
     if name in OF_WALKER:
@@ -178,7 +178,7 @@ def _build(name: str, config: Config, herd: Herd, builder: Builder, store: Store
         compiled, cost = builder.build(label, sharded(function, herd.mesh), *args)
         run = _replayed(compiled, args)
     elif name in (TICK, BY_XLA):
-        stepped = task if name == TICK else Task.of(dataclasses.replace(config, kernels="off"))
+        stepped = task if name == TICK else device_loop.task_of(dataclasses.replace(config, kernels="off"))
         calm = herd.unpushed(walkers)
         compiled, cost = builder.build(label, sharded(partial(walk_ticks, stepped, count), herd.mesh), calm)
         run = _replayed(compiled, (calm,), lambda result: float(np.sum(result[1])))

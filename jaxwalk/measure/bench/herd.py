@@ -18,7 +18,7 @@ from jaxwalk.learn.train.device_loop import TrainState
 from jaxwalk.measure.bench.programs import record, sharded, split
 from jaxwalk.measure.bench.rounds import LOOP, Builder
 from jaxwalk.model import pushes
-from jaxwalk.task.stepper import Stepper, Task
+from jaxwalk.task.stepper import Stepper
 
 _CALL = {"cpu": 2**18}  # about so many ticks of a walker a call; more on a GPU
 _CALL_GPU = 2**23
@@ -52,7 +52,7 @@ class Herd:
         while float(state.learner.updates) == 0:
             state = self.loop[0](state)
         self.state: TrainState = state
-        task = Task.of(config)
+        task = device_loop.task_of(config)
         ticks = config.train.windows_per_report * config.train.window_ticks
         self.commands = sharded(partial(record, task, ticks), mesh)(self.unpushed(self.count))
 

@@ -192,7 +192,7 @@ def windowed(config: Config, mesh: Mesh) -> Callable[..., Any]:
     """`nominal_windows`, compiled for walkers that are split over the mesh; gives up its walkers."""
     rows, same = PartitionSpec(AXIS), PartitionSpec()
     mapped = jax.shard_map(
-        partial(nominal_windows, config, Task.of(config)),
+        partial(nominal_windows, config, device_loop.task_of(config)),
         mesh=mesh,
         in_specs=(rows, same),
         out_specs=(rows, same, same),
