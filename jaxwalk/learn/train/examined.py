@@ -65,8 +65,9 @@ class Examined:
         self._finals.enter(kept, marks.score)
         picture.training_png(self._rows, self._folder.picture)
         self._progress.note(
-            f"evaluation at {footsteps:,} footsteps: {marks.survival:.0%} of the pushed and {marks.calm:.0%} "
-            f"of the others stay up, {marks.speed:.2f} m/s" + ("; best so far" if better else "")
+            f"evaluation at {footsteps:,} footsteps: {marks.survival:.0%} of the pushed walk on, "
+            f"{marks.calm:.0%} of the others stay up, {marks.speed:.2f} m/s"
+            + ("; best so far" if better else "")
         )
         return self._stop.wanted
 

@@ -314,8 +314,8 @@ class Training:
         if time.perf_counter() > self.drawn + DRAW_SECONDS:
             self._draw()
         self.progress.note(
-            f"evaluation at {footsteps:,} footsteps: {found.survival:.0%} of the pushed and {found.calm:.0%} "
-            f"of the others stay up, {found.speed:.2f} m/s"
+            f"evaluation at {footsteps:,} footsteps: {found.survival:.0%} of the pushed walk on, "
+            f"{found.calm:.0%} of the others stay up, {found.speed:.2f} m/s"
             + (f", return {predicted:.1f} predicted, {came:.1f} came" if np.isfinite(came) else "")
             + ("; best so far" if better else "")
         )
