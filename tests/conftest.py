@@ -6,7 +6,7 @@ import sys
 from importlib import import_module, metadata
 from pathlib import Path
 
-# XLA's dearer passes take a fifth of the tests' time and change nothing that they say; JAX's own CI does so too.
+# XLA's dearer passes take a fifth of the tests' time and change nothing that they say; JAX's CI does so too.
 # Before JAX is imported; the processes that tests start inherit it.
 os.environ.setdefault("JAX_DISABLE_MOST_OPTIMIZATIONS", "1")
 # Nor do programs by XLA's older emitter, which compiles in less than half the time. Another XLA may not know

@@ -12,7 +12,7 @@ from jaxwalk.measure.protocol import PushTest
 from jaxwalk.model.burdens import BACKPACK, FRONT_PACK, Burden
 
 USUAL = Burden(0.0, 0.0, 0.0, 0.0, 0.9)
-TEST = PushTest(walkers=16, seconds=10.0, impulses=(-60.0, 135.0), phases=16, replicas=1)
+TEST = PushTest(walkers=16, seconds=10.0, impulses=(-80.0, 135.0), phases=16, replicas=1)
 HARD = dataclasses.replace(TEST, impulses=(-80.0, 80.0))
 LATE = dataclasses.replace(USUAL, delay=0.02, strength=0.8)
 GENTLE = dataclasses.replace(TEST, impulses=(-40.0, 40.0))
@@ -31,7 +31,7 @@ def walk(programs):
     )
 
 
-def test_it_holds_60_from_the_front_and_135_from_behind_at_every_phase(walk):
+def test_it_holds_80_from_the_front_and_135_from_behind_at_every_phase(walk):
     found = walk(TEST)
     assert found["walking"]["survival"] == 1.0
     assert found["walking"]["speed_mean"] == pytest.approx(1.0, abs=0.04)
@@ -40,7 +40,7 @@ def test_it_holds_60_from_the_front_and_135_from_behind_at_every_phase(walk):
 
 def test_who_was_pushed_back_walks_on(walk):
     """And does not step in place for ever."""
-    found = walk(dataclasses.replace(TEST, impulses=(-60.0,)))
+    found = walk(dataclasses.replace(TEST, impulses=(-125.0,)))
     assert np.sum(found["pushes"]["steady"]) >= 15  # of 16
 
 
