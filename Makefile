@@ -13,7 +13,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.installed-$(EXTRAS)
 
 .DEFAULT_GOAL := help
-.PHONY: help train test test-all bench report paper results results-docs docs lint tune models clean
+.PHONY: help train test test-all bench report paper results results-docs docs lint tune models page clean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-13s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -60,6 +60,9 @@ tune: $(READY) ## search for a walk: the numbers of the legs and of their step p
 
 models: $(READY) ## write models/*.xml anew from jaxwalk/model/anthropometry.py
 	$(BIN)/python scripts/make_models.py
+
+page: $(READY) ## compile the walkers of pages anew (it takes Debian's clang and lld): jaxwalk/show/play/modules
+	$(BIN)/python scripts/make_page.py
 
 clean: ## remove the environment and caches; runs/ stays
 	rm -rf $(VENV) dist build .pytest_cache .ruff_cache *.egg-info

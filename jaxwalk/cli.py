@@ -21,7 +21,7 @@ from jaxwalk.common import runtime
 from jaxwalk.common.errors import UserError
 
 COMMANDS = {
-    "demo": ("demo", "the shipped policy, pushed, on a page that opens in the browser"),
+    "demo": ("demo", "the shipped policy walks in your browser: push it"),
     "train": ("learn.train", "train a policy into a run folder"),
     "train-baseline": ("learn.brax", "train Brax's PPO or SAC on the same task, to compare with"),
     "sweep": ("learn.sweep", "search training's options, several machines on one study"),
@@ -45,12 +45,14 @@ COMMANDS = {
         "write a policy for other runtimes: safetensors, npz, ONNX, StableHLO, C",
     ),
     "render": ("show.render", "show a policy's walk: mp4, gif, png, or a page that replays it"),
+    "play": ("show.play", "a page on which a policy walks in the browser, and can be pushed by hand"),
     "view": ("show.viewer", "watch a policy walk in MuJoCo's viewer, and push it by the keyboard"),
     "bench": ("measure.bench", "measure the speed of the simulation and of training"),
 }
 """By its name: the package of its options and of the command itself; what it does."""
 _NEXT = {  # what one would type after each
     "demo": "evaluate shipped",
+    "play": "push-map {policy} --out map",
     "evaluate": "push-map {policy} --out map",
     "push-map": "render {policy} --push 60 --out push.mp4",
     "agreement": "sensitivity {policy} --out sensitivity",

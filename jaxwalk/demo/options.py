@@ -12,8 +12,8 @@ from jaxwalk.options.parse import reader
 
 @dataclass(frozen=True)
 class DemoArgs:
-    """Push the shipped policy, and put that on a page: by its exported controller, in NumPy, on C MuJoCo. It
-    needs no compiler and no display."""
+    """Make the page on which the shipped policy walks in the browser and can be pushed, and open it. It needs
+    no compiler, no display and no network."""
 
     out: Path = Path("jaxwalk-demo.html")
     """File for the page, replaced if there; .html."""

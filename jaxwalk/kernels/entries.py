@@ -7,7 +7,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from jaxwalk.kernels.graph import Graph, Unsupported, known
+from jaxwalk.kernels.graph import Entry, Graph, Unsupported, is_key, known
 
 Entries = np.ndarray  # of objects, each a Node or a NumPy scalar
 
@@ -42,6 +42,12 @@ def numbers(x: Entries, dtype: Any) -> np.ndarray:
     if not all(map(known, x.flat)):
         raise Unsupported("an index that is not constant")
     return np.array(x.tolist(), dtype).reshape(x.shape)
+
+
+def words(graph: Graph, x: Entries) -> list[Entry]:
+    """The numbers of ``x``; of keys, their words."""
+    entries = [*x.flat]
+    return [w for one in entries for w in graph.words(one)] if is_key(x.flat[0].dtype) else entries
 
 
 def each(graph: Graph, op: str, out: Any, *args: Entries) -> Entries:

@@ -19,8 +19,8 @@ import jax
 import jax.numpy as jnp
 
 from jaxwalk.kernels import native, store
-from jaxwalk.kernels.entries import Entries, inputs
-from jaxwalk.kernels.graph import ARITHMETIC, Entry, Graph, Unsupported, is_key, reach
+from jaxwalk.kernels.entries import Entries, inputs, words
+from jaxwalk.kernels.graph import ARITHMETIC, Graph, Unsupported, is_key, reach
 from jaxwalk.kernels.settings import jax_setting
 from jaxwalk.kernels.unroll import unrolled
 
@@ -102,9 +102,9 @@ def _unrolled(function: Callable[..., Any], setting: Hashable, tree: Any, like: 
         if any(a is not b for a, b in zip(old.flat, new.flat, strict=True))
     ]
     plan = native.Plan(
-        given=[_words(graph, x) for x in given],
-        state=[(i, _words(graph, news[i])) for i in changed],
-        rows=[_words(graph, x) for x in rows],
+        given=[words(graph, x) for x in given],
+        state=[(i, words(graph, news[i])) for i in changed],
+        rows=[words(graph, x) for x in rows],
     )
     forms = tuple(jax.ShapeDtypeStruct(*_form(x)) for x in rows)
     computed = reach([x for _, entries in plan.state for x in entries] + [*chain(*plan.rows)])
@@ -114,12 +114,6 @@ def _unrolled(function: Callable[..., Any], setting: Hashable, tree: Any, like: 
 
 def _form(x: Entries) -> tuple[Any, Any]:
     return x.shape, x.flat[0].dtype
-
-
-def _words(graph: Graph, x: Entries) -> list[Entry]:
-    """The numbers of ``x``; of keys, their words."""
-    entries = [*x.flat]
-    return [w for one in entries for w in graph.words(one)] if is_key(x.flat[0].dtype) else entries
 
 
 def program_of(function: Callable[..., Any], setting: Hashable, tree: Any, like: tuple[Any, ...]) -> Program:

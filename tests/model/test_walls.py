@@ -10,7 +10,7 @@ import pytest
 from jaxwalk.config import BodyConfig, Config, PhysicsConfig
 from jaxwalk.config.presets import PRESETS
 from jaxwalk.model import anthropometry, c_mujoco, mjcf, physics
-from jaxwalk.show.replay_page import figure
+from jaxwalk.show.web import figure
 
 CONFIG = Config(body=BodyConfig(model="walls"))
 GAP = 0.01  # m, at 1.8 m

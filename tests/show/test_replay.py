@@ -13,7 +13,8 @@ from jaxwalk import cli
 from jaxwalk.common.errors import UserError
 from jaxwalk.learn.policies import named as subjects
 from jaxwalk.learn.policies import policy
-from jaxwalk.show.replay_page import data, page, replay
+from jaxwalk.show.replay_page import data, replay
+from jaxwalk.show.web import document
 
 IMPULSES = (-40.0, 120.0)  # the second one is lost
 SCRUB = """
@@ -253,14 +254,14 @@ def test_what_a_policy_says_of_itself_is_text(browser, recorded, tmp_path):
 
 def test_data_end_no_script_and_read_back():
     content = {"walks": [NASTY, "\u2028", "a, b: c"], "n": -1.5}
-    html = page.render(page.Page("p", "l", (), content))
-    assert page.read(html) == (content, ())
+    html = document.render(document.Document("jaxwalk.show.replay_page", ("page.js",), "p", "l", (), content))
+    assert document.read(html) == (content, ())
 
 
 def test_a_page_that_shows_something_else_fails_its_test(recorded, file, tmp_path):
     assert replay.verify(file, recorded) <= 0.51 * data.UNIT
     path, good = tmp_path / "page.html", file.read_bytes()
-    first = json.dumps(page.read(good)[0]["walks"][0]["columns"]["z"][:3], separators=(",", ":"))[
+    first = json.dumps(document.read(good)[0]["walks"][0]["columns"]["z"][:3], separators=(",", ":"))[
         :-1
     ].encode()
     assert good.count(first)
@@ -283,7 +284,7 @@ def test_the_command_writes_the_page_and_tests_it(recorded, tmp_path, monkeypatc
     made = made if old else ["render", "fixed", "--out", str(tmp_path / replay.FILE)]
     assert cli.main([*made, "--impulses", "-40,120", "--seed", "3"]) == 0
     assert asked[0][1:3] == (IMPULSES, 3)
-    found, _ = page.read((tmp_path / replay.FILE).read_bytes())
+    found, _ = document.read((tmp_path / replay.FILE).read_bytes())
     assert [one["push"] and one["push"]["impulse"] for one in found["walks"]] == [None, *IMPULSES]
     out, error = capsys.readouterr()
     assert "3 walks" in out and ("jaxwalk render fixed --out" in error) == old

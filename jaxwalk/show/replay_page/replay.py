@@ -18,7 +18,9 @@ from jaxwalk.learn.policies.named import Subject
 from jaxwalk.model import physics
 from jaxwalk.show import recording, scene
 from jaxwalk.show.recording import Shove, Walk
-from jaxwalk.show.replay_page import data, figure, page
+from jaxwalk.show.replay_page import data
+from jaxwalk.show.web import document, figure
+from jaxwalk.show.web.document import Document
 
 FILE = "replay.html"
 SECONDS = 10.0  # of a walk
@@ -94,7 +96,8 @@ def html(replay: Replay, origin: policy.Metadata | None, command: str, engine: s
         ("This page", f"jaxwalk {__version__}: {command}"),
     ]
     lead = f"Recorded walks at {speed}, and the pushes in them, as the simulation ran them."
-    return page.render(page.Page(replay.subject.name, lead, tuple(facts), content(replay)))
+    home, name = "jaxwalk.show.replay_page", replay.subject.name
+    return document.render(Document(home, ("page.js",), name, lead, facts, content(replay)))
 
 
 def verify(path: Path, replay: Replay) -> float:
@@ -105,7 +108,7 @@ def verify(path: Path, replay: Replay) -> float:
     """
     anew = "do not use it, and report this"
     try:
-        found, addresses = page.read(path.read_bytes())
+        found, addresses = document.read(path.read_bytes())
         worst = max(
             float(np.abs(data.poses(one) - walk.qpos[:: data.stride(walk)]).max())
             for one, (walk, _) in zip(found["walks"], replay.walks, strict=True)

@@ -1,11 +1,11 @@
-"""One HTML file that replays walks: it loads nothing, and what names hold is text, never markup."""
+"""One HTML file that a script draws on: it loads nothing, and what names hold is text, never markup."""
 
 from __future__ import annotations
 
 import base64
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html.parser import HTMLParser
 from importlib import resources
@@ -16,19 +16,22 @@ from markupsafe import Markup
 
 
 @dataclass(frozen=True)
-class Page:
-    """All that the page says.
+class Document:
+    """A page of the package ``home``, whose folder holds its page.html, page.css and scripts.
 
     Attributes:
-      policy: as it was asked for.
-      lead: one sentence under it.
-      facts: (name, value) of the policy and of the walks.
-      content: what is replayed, plain JSON values, see `replay.content`.
+      home: name of the package.
+      scripts: their files in order; `drawing.js` comes before them.
+      policy: as it was asked for. lead: one sentence under it.
+      facts: (name, value), at the page's foot.
+      content: what the scripts draw, plain JSON values.
     """
 
+    home: str
+    scripts: Sequence[str]
     policy: str
     lead: str
-    facts: tuple[tuple[str, str], ...]
+    facts: Sequence[tuple[str, str]]
     content: Mapping[str, Any]
 
     @property
@@ -42,12 +45,13 @@ class Page:
     @property
     def style(self) -> Markup:
         """The page's style sheet."""
-        return _part("page.css")
+        return Markup("\n").join([_part(_SHARED, "page.css"), _part(self.home, "page.css")])
 
     @property
     def script(self) -> Markup:
-        """The script that draws ``data``."""
-        return _part("page.js")
+        """The scripts, as one function that leaves nothing behind."""
+        parts = [_part(_SHARED, "drawing.js"), *(_part(self.home, name) for name in self.scripts)]
+        return Markup('"use strict";\n(() => {\n') + Markup("\n").join(parts) + Markup("})();\n")
 
     @property
     def style_hash(self) -> str:
@@ -60,16 +64,21 @@ class Page:
         return _hash(self.script)
 
 
-def render(page: Page) -> bytes:
+_SHARED = "jaxwalk.show.web"
+
+
+def render(page: Document) -> bytes:
     """The HTML file, UTF-8."""
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    return environment.from_string(_part("page.html")).render(page=page).encode(errors="backslashreplace")
+    html = environment.from_string(_part(page.home, "page.html")).render(page=page)
+    return html.encode(errors="backslashreplace")
 
 
 def read(page: bytes) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """What a page made by `render` replays, and the addresses that it would load, found by an HTML parser.
+    """What the scripts of a page made by `render` draw, and the addresses that it would load, found by an
+    HTML parser; links that a reader may follow are not among these.
 
     Raises:
       ValueError: it holds no data, or data that are no JSON.
@@ -90,7 +99,8 @@ class _Parser(HTMLParser):
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self._within = tag == "script" and ("id", "data") in attrs
         for name, value in attrs:
-            if name in ("src", "href", "srcset", "action", "data") and not (value or "").startswith("data:"):
+            loads = name in ("src", "srcset", "action", "data") or (name == "href" and tag != "a")
+            if loads and not (value or "").startswith("data:"):
                 self.addresses.append(value or "")
 
     def handle_endtag(self, tag: str) -> None:
@@ -101,8 +111,8 @@ class _Parser(HTMLParser):
             self.data.append(data)
 
 
-def _part(name: str) -> Markup:
-    return Markup(resources.files("jaxwalk.show.replay_page").joinpath(name).read_text(encoding="utf-8"))
+def _part(home: str, name: str) -> Markup:
+    return Markup(resources.files(home).joinpath(name).read_text(encoding="utf-8"))
 
 
 def _hash(text: str) -> str:

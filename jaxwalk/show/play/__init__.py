@@ -1,0 +1,1 @@
+"""The page on which a walker walks and can be pushed: it is simulated in the browser."""

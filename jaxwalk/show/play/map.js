@@ -1,0 +1,65 @@
+// A push map of the very walker on the page: phase of the step x impulse, one push each, while one waits.
+const PHASES = 16;
+const IMPULSES = [-140, -120, -100, -80, -60, -40, -20, 20, 40, 60, 80, 100, 120, 140, 160];  // N s
+const SETTLE = 3, WAIT = 4;       // s of walking before a push, and after it
+
+/** Measure in slices; `cells[impulse][phase]`: true walks on, false does not, undefined: not known yet. */
+class PushMap {
+  constructor(made, controller, page) {
+    this.walker = new Walker(made, controller, page);
+    this.cells = null;
+    this.work = null;
+  }
+
+  begin(settings) {
+    this.settings = { ...settings };
+    this.cells = IMPULSES.map(() => new Array(PHASES));
+    this.work = this.measured();
+  }
+
+  /** Measure for about `ms`; whether there is more to do. */
+  slice(ms) {
+    const end = performance.now() + ms;
+    while (this.work && performance.now() < end) if (this.work.next().done) this.work = null;
+    return this.work !== null;
+  }
+
+  get share() {
+    return this.cells ? this.cells.flat().filter((x) => x !== undefined).length / (IMPULSES.length * PHASES) : 0;
+  }
+
+  *measured() {
+    const { walker } = this, { timestep, window: length } = walker.page;
+    walker.start(this.settings);
+    let before = walker.whole("walker.gait.stance");
+    while (!walker.done) {   // to the first landing after it has settled
+      walker.window(); yield;
+      const stance = walker.whole("walker.gait.stance");
+      if (walker.time > SETTLE && stance !== before) break;
+      before = stance;
+    }
+    const landed = walker.kept(), begun = walker.tick - Math.round(walker.number("walker.gait.elapsed") / timestep);
+    const ticks = walker.number("last.seconds") / timestep;
+    // Small pushes first: what is known soonest is what most ask for.
+    const order = [...IMPULSES.keys()].sort((a, b) => Math.abs(IMPULSES[a]) - Math.abs(IMPULSES[b]));
+    for (const row of order) for (let phase = 0; phase < PHASES; phase++) {
+      walker.restore(landed);
+      const begin = Math.max(walker.tick, begun + Math.round(phase / PHASES * ticks));
+      walker.push({ impulse: IMPULSES[row] }, begin);
+      for (let k = Math.ceil((begin - walker.tick + WAIT / timestep) / length); k > 0 && !walker.done; k--) { walker.window(); yield; }
+      this.cells[row][phase] = walker.walksOn;
+    }
+  }
+
+
+  /** What is known of a push, by the cell that is nearest. */
+  at(phase, impulse) {
+    if (!this.cells) return undefined;
+    return this.cells[nearest(impulse)][Math.round(phase * PHASES) % PHASES];
+  }
+}
+
+/** The row of the impulse that is nearest. */
+function nearest(impulse) {
+  return IMPULSES.reduce((best, x, i) => (Math.abs(x - impulse) < Math.abs(IMPULSES[best] - impulse) ? i : best), 0);
+}
