@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -15,6 +17,7 @@ from jaxtyping import Array, Bool, Float, Int
 from jaxwalk.control import walker
 from jaxwalk.learn.policies.named import Subject
 from jaxwalk.model import pushes
+from jaxwalk.model.burdens import Burden
 from jaxwalk.task import rollout, scenarios, stepper
 from jaxwalk.task.stepper import Stepper, Task
 
@@ -25,19 +28,21 @@ CAMERA_SECONDS = 1.2  # over which the camera's way is smoothed: the hip's pace 
 
 @dataclass(frozen=True)
 class Shove:
-    """A push on the torso, asked for.
+    """A push.
 
     Attributes:
       impulse: N s, forward positive.
       time: when it begins, s.
       duration: s.
       height: of the point pushed, above the torso's centre, m.
+      place: the segment pushed, an index into `push_points.PLACES`.
     """
 
     impulse: float
     time: float
     duration: float = 0.1
     height: float = 0.0
+    place: int = pushes.TORSO
 
 
 @dataclass(frozen=True)
@@ -64,7 +69,7 @@ class Walk:
     Attributes:
       qpos: [N, D] after each tick, the start first.
       timestep: s.
-      push: (start, end) of the push, s; None without one.
+      pushes: in order, with the whole ticks that they lasted.
       fell: when, s; None if it never did.
       speed: [n] of the torso's centre after each tick until the walk's end or the fall, m/s.
       footfalls: in order.
@@ -72,7 +77,7 @@ class Walk:
 
     qpos: np.ndarray
     timestep: float
-    push: tuple[float, float] | None
+    pushes: tuple[Shove, ...]
     fell: float | None
     speed: np.ndarray
     footfalls: tuple[Footfall, ...]
@@ -81,6 +86,10 @@ class Walk:
     def seconds(self) -> float:
         """How long was walked, s."""
         return (len(self.qpos) - 1) * self.timestep
+
+    def pushed(self, second: float) -> Shove | None:
+        """The push that began last, up to ``second``."""
+        return next((one for one in reversed(self.pushes) if one.time <= second), None)
 
 
 class Ticks(struct.PyTreeNode):
@@ -134,16 +143,23 @@ class Loop:
         self.timestep = self._task.setup.timestep
         self.ticks = windows * self._task.setup.window_ticks
 
-    def start(self, seed: int) -> Stepper:
+    def start(self, seed: int, burden: Burden | None = None) -> Stepper:
         """A walker that has just landed; ``seed`` is of its start and its noise."""
-        return self._start(*self._person, scenarios.root(seed, scenarios.RECORDED))
+        return self._start(*self._person, scenarios.root(seed, scenarios.RECORDED), burden)
 
     def pushed(self, state: Stepper, shove: Shove) -> Stepper:
         """``state``, to be pushed when its life comes to ``shove.time``."""
         dt = self.timestep
         begin, height = jnp.int32(round(shove.time / dt)), jnp.float32(shove.height)
         push = pushes.of_impulse(jnp.float32(shove.impulse), begin, shove.duration, dt, height)
+        push = push.replace(place=jnp.int32(shove.place))
         return state.replace(walker=state.walker.replace(push=push))
+
+    def whole(self, shove: Shove) -> Shove:
+        """``shove`` as it comes: at a tick, for whole ticks."""
+        dt = self.timestep
+        lasts = pushes.whole_ticks(shove.duration, dt) * dt
+        return dataclasses.replace(shove, time=round(shove.time / dt) * dt, duration=lasts)
 
     def advance(self, state: Stepper) -> tuple[Stepper, Ticks]:
         """The walker ``ticks`` ticks further, and these on the host, [ticks] each."""
@@ -157,31 +173,45 @@ def record(loop: Loop, model: mujoco.MjModel, seconds: float, seed: int, shove: 
     Args:
       model: the limp body (`scene.model`), which falls on where the walker has lost.
     """
-    dt, state = loop.timestep, loop.start(seed)
-    ticks, push = round(seconds / dt), None
+    state, met = loop.start(seed), ()
+    if shove is not None:
+        state, met = loop.pushed(state, shove), (loop.whole(shove),)
+    return dataclasses.replace(walked(loop, model, round(seconds / loop.timestep), state), pushes=met)
+
+
+def walked(
+    loop: Loop,
+    model: mujoco.MjModel,
+    ticks: int,
+    state: Stepper,
+    meet: Callable[[int, Stepper], Stepper] = lambda tick, state: state,
+) -> Walk:
+    """What becomes of ``state`` in ``ticks`` ticks, or until `FALL_SECONDS` after a fall; its pushes are left
+    to whoever gave them.
+
+    Args:
+      meet: what happens before each call of ``loop``, at its tick.
+    """
+    dt = loop.timestep
     qpos = [np.asarray(state.walker.plant.qpos)[None]]
     speed = [np.asarray(state.walker.sensors.last_velocity)[None]]
-    if shove is not None:
-        state = loop.pushed(state, shove)
-        begin = state.walker.push.start
-        push = (int(begin) * dt, int(begin + state.walker.push.ticks) * dt)
     footfalls: list[Footfall] = []
     fell = None
-    for walked in range(0, ticks, loop.ticks):
-        state, rows = loop.advance(state)
-        rows = jax.tree.map(lambda x, n=ticks - walked: x[:n], rows)
+    for begun in range(0, ticks, loop.ticks):
+        state, rows = loop.advance(meet(begun, state))
+        rows = jax.tree.map(lambda x, n=ticks - begun: x[:n], rows)
         last = int(rows.fell.argmax()) if rows.fell.any() else len(rows.fell) - 1
         for i in np.flatnonzero(rows.landed[: last + 1]):
-            now, before = (walked + int(i) + 1) * dt, footfalls[-1].time if footfalls else 0.0
+            now, before = (begun + int(i) + 1) * dt, footfalls[-1].time if footfalls else 0.0
             footfalls.append(Footfall(now, int(rows.leg[i]), float(rows.length[i]), now - before))
         qpos.append(rows.qpos[: last + 1])
         speed.append(rows.speed[: last + 1])
         if rows.fell[last]:
-            fell = (walked + last + 1) * dt
-            limp = min(round(FALL_SECONDS / dt), ticks - walked - last - 1)
+            fell = (begun + last + 1) * dt
+            limp = min(round(FALL_SECONDS / dt), ticks - begun - last - 1)
             qpos.append(collapse(model, rows.qpos[last], rows.qvel[last], limp))
             break
-    return Walk(np.concatenate(qpos), dt, push, fell, np.concatenate(speed), tuple(footfalls))
+    return Walk(np.concatenate(qpos), dt, (), fell, np.concatenate(speed), tuple(footfalls))
 
 
 def collapse(model: mujoco.MjModel, qpos: np.ndarray, qvel: np.ndarray, ticks: int) -> np.ndarray:

@@ -14,8 +14,9 @@ from mujoco.rendering.classic import gl_context
 
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import REFERENCE_HEIGHT, Config
-from jaxwalk.model import anthropometry, mjcf
+from jaxwalk.model import anthropometry, mjcf, pushes
 from jaxwalk.model.similarity import Similarity
+from jaxwalk.show.recording import Shove
 
 FADE_SECONDS = 0.35  # a push is over within three pictures: its arrow fades more slowly
 
@@ -62,14 +63,12 @@ class Arrow:
     strength: float
 
     @classmethod
-    def at(
-        cls, impulse: float, height: float, push: tuple[float, float] | None, second: float
-    ) -> Arrow | None:
-        """How a push that acts from ``push[0]`` to ``push[1]`` s looks at ``second``; None: not at all."""
-        if push is None or second < push[0]:
+    def at(cls, shove: Shove | None, second: float) -> Arrow | None:
+        """How a push looks at ``second``; None: not at all, as one of a leg."""
+        if shove is None or second < shove.time or shove.place != pushes.TORSO:
             return None
-        strength = 1 - max(0.0, second - push[1]) / FADE_SECONDS
-        return cls(impulse, height, strength) if strength > 0 else None
+        strength = 1 - max(0.0, second - shove.time - shove.duration) / FADE_SECONDS
+        return cls(shove.impulse, shove.height, strength) if strength > 0 else None
 
 
 def _dress(spec: mujoco.MjSpec) -> None:

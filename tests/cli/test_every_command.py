@@ -22,6 +22,7 @@ OUT = {  # how each says where its results go, and what else it cannot do withou
     "paper": ("--out", "x", []),
     "export": ("--out", "x", ["shipped"]),
     "render": ("--out", "x.png", ["fixed"]),
+    "play": ("--out", "x.html", ["shipped"]),
     "view": (None, "", ["fixed"]),
     "bench": ("--json", "x.json", []),
 }

@@ -13,7 +13,7 @@ import pytest
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config
 from jaxwalk.show import recording, scene
-from jaxwalk.show.recording import Walk
+from jaxwalk.show.recording import Shove, Walk
 from jaxwalk.show.render import command
 from jaxwalk.show.render.options import RenderArgs
 from jaxwalk.show.scene import Stage
@@ -41,7 +41,7 @@ def walk():
     """One pose carried along at 1 m/s for 1.2 s, pushed from 0.5 to 0.6 s."""
     qpos = np.tile(STANDING, (601, 1))
     qpos[:, 0] = np.arange(601) * 0.002
-    return Walk(qpos, 0.002, (0.5, 0.6), None, np.ones(601), ())
+    return Walk(qpos, 0.002, (Shove(30.0, 0.5),), None, np.ones(601), ())
 
 
 def _args(out, **changes):
@@ -71,7 +71,7 @@ def test_strip(walk, stage_of, tmp_path):
     command._write_strip(out, walk, stage_of, _args(out))
     picture = imageio.imread(out)
     assert picture.shape == (120, 320, 3) and picture.std() > 20
-    plain = replace(walk, push=None)
+    plain = replace(walk, pushes=())
     command._write_strip(out, plain, stage_of, _args(out, push=0.0))
     assert _reds(picture) > 50 > 5 > _reds(imageio.imread(out)), "no push to be seen, or one that was none"
 

@@ -7,7 +7,6 @@ from types import SimpleNamespace
 import mujoco
 import numpy as np
 import pytest
-from chromium import PROGRAM, Browser
 
 from jaxwalk import cli
 from jaxwalk.common.errors import UserError
@@ -60,20 +59,6 @@ def file(recorded, tmp_path_factory):
     return path
 
 
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    """Gives the browser with a page opened anew, of a size, in a theme, with motion or without."""
-    if PROGRAM is None:
-        pytest.skip("no Chromium here: install Debian's chromium")
-    with Browser(tmp_path_factory.mktemp("profile")) as one:
-
-        def show(path, width=1280, height=800, **media):
-            one.show(path, width, height, **media)
-            return one
-
-        yield show
-
-
 @pytest.fixture
 def still(browser, file):
     """The page, which does not play by itself."""
@@ -107,7 +92,7 @@ def test_the_page_is_small_and_asks_for_nothing(still, file):
 def _pixels(browser, recorded, walk, time):
     """Gives where on the canvas a geom of the model is by C MuJoCo, (x, y), at that moment of that walk."""
     told = {k: float(v) for k, v in browser.run("({...document.getElementById('scene').dataset})").items()}
-    one, state = recorded.walks[walk][0], mujoco.MjData(recorded.model)
+    one, state = recorded.walks[walk], mujoco.MjData(recorded.model)
     state.qpos[:] = one.qpos[round(time / one.timestep)]
     mujoco.mj_forward(recorded.model, state)
 
@@ -137,7 +122,7 @@ def test_the_pose_drawn_is_the_recorded_one(still, recorded, walk, time):
 
 
 def test_between_poses_it_moves_on_a_straight_line(still, recorded):
-    one, lefts = recorded.walks[0][0], []
+    one, lefts = recorded.walks[0], []
     for time in (5.0, 5.005, 5.01):
         _go(still, 0, 5.0)
         still.run(f"document.getElementById('scrub').step = 0.001; {SCRUB.format(time)}")
@@ -160,7 +145,7 @@ def test_the_push_shows_at_its_time_with_its_impulse(still):
 
 
 def test_touch_downs_are_marked_and_a_fall_is_told(still, recorded):
-    landed = next(f.time for f in recorded.walks[0][0].footfalls if f.leg == 1)
+    landed = next(f.time for f in recorded.walks[0].footfalls if f.leg == 1)
     right = []
     for time in (landed - 0.02, landed + 0.02):
         _go(still, 0, round(time, 2))
@@ -169,7 +154,7 @@ def test_touch_downs_are_marked_and_a_fall_is_told(still, recorded):
         (seen,) = still.run(PIXELS.format(json.dumps([below])))
         right.append(np.abs(np.subtract(seen, _colour(still, "near"))).max() <= 8)
     assert right == [False, True]
-    fell = recorded.walks[2][0].fell
+    fell = recorded.walks[2].fell
     _go(still, 2, round(fell + 0.5, 2))
     assert _text(still, "status") == f"fell at {fell:.2f} s"
 

@@ -69,12 +69,14 @@ def test_a_push_by_key_is_the_push_of_a_recorded_walk(loop, model):
 
 
 def test_an_arrow_shows_while_the_push_acts_and_fades():
-    def strength(second, push=(2.0, 2.1)):
-        arrow = Arrow.at(-40.0, 0.0, push, second)
+    pushed = Shove(-40.0, 2.0)
+
+    def strength(second, push: Shove | None = pushed):
+        arrow = Arrow.at(push, second)
         return 0.0 if arrow is None else arrow.strength
 
     assert strength(2.05, None) == strength(1.99) == strength(3.0) == 0
-    assert strength(2.0) == strength(2.1) == 1 and 0 < strength(2.3) < strength(2.2) < 1
+    assert strength(2.0) == strength(2.0999) == 1 and 0 < strength(2.3) < strength(2.2) < 1
 
 
 def test_paused_nothing_moves_and_the_push_waits(loop, model):

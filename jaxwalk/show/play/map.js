@@ -14,15 +14,23 @@ class PushMap {
   begin(settings) {
     this.settings = { ...settings };
     this.cells = IMPULSES.map(() => new Array(PHASES));
+    this.windows = this.spent = 0;
     this.work = this.measured();
   }
 
   /** Measure for about `ms`; whether there is more to do. */
   slice(ms) {
-    const end = performance.now() + ms;
-    while (this.work && performance.now() < end) if (this.work.next().done) this.work = null;
+    const begun = performance.now(), windows = this.windows;
+    while (this.work && performance.now() < begun + ms) {
+      if (this.work.next().done) this.work = null;
+      this.windows++;
+    }
+    if (this.windows > windows) this.spent += performance.now() - begun;
     return this.work !== null;
   }
+
+  /** Ticks a second, of those that were walked for it. */
+  get rate() { return this.windows * this.walker.page.window / this.spent * 1000; }
 
   get share() {
     return this.cells ? this.cells.flat().filter((x) => x !== undefined).length / (IMPULSES.length * PHASES) : 0;

@@ -27,6 +27,7 @@ function begin(anew = session(settings, shownNames()), seed = settings.seed) {
     Object.assign(walker, { before: [...walker.pose], looked: walker.pose[0], camera: walker.pose[0], last: null, pushes: [], seen: [] });
   }
   forgetMap();
+  scene.className = `lanes-${walkers.length}`;
   byId("watched").textContent = first().controller.name;
 }
 
@@ -38,6 +39,7 @@ function walkerOf(name) {
 
 /** Something is done to all who walk, now: it is written down, and happens. */
 function act(what) {
+  if (what.push && walkers.every((w) => w.done)) return;
   if (now.events.length >= MOST) { say("This session is full: start anew.", true); return; }
   now.events = now.events.filter(([at]) => at <= tick());   // a link's later ones come no more
   ahead = [];
@@ -148,7 +150,7 @@ function measure() {
 }
 
 function showMap(more) {
-  byId("measured").textContent = more ? `${Math.round(100 * map.share)} % measured` : `${map.cells.flat().filter(Boolean).length} of ${map.cells.flat().length} pushes: it walks on.`;
+  byId("measured").textContent = more ? `${Math.round(100 * map.share)} % measured` : `${map.cells.flat().filter(Boolean).length} of ${map.cells.flat().length} pushes: it walks on. ${Math.round(map.rate / 1000)},000 ticks a second.`;
   byId("measure").disabled = more;
 }
 

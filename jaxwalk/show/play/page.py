@@ -90,8 +90,8 @@ def content(subject: Subject) -> dict[str, Any]:
 
 
 def _sliders(config: Config) -> dict[str, Any]:
-    """What a reader may change; ``fixed``: by a new start alone. Bounds are those of training, or a step more.
-    ``times``: shown times that, in ``unit``."""
+    """What a reader may change; bounds are those of training, or a step more. ``fixed``: by a new start
+    alone. ``times``: shown times that, in ``unit``."""
 
     def of(label: str, unit: str, bounds: tuple[float, float], step: float, value: float, **more: Any) -> Any:
         low, high = min(bounds[0], value), max(bounds[1], value)
@@ -141,7 +141,7 @@ def answers(subject: Subject) -> np.ndarray:
     """[N] what ``subject`` answers, in the form that `program` reads: layers of a network, or one answer.
 
     Raises:
-      UserError: a rule that answers now this, now that; a network of more than `program.WIDEST` units a layer.
+      UserError: a rule that answers now this, now that; a layer of more than `program.WIDEST` units.
     """
     if subject.act is policy.act:
         return _network(subject)

@@ -69,7 +69,7 @@ const ROWS = [
 
 /** The last seconds of `walker`. */
 function drawChart(canvas, walker) {
-  const [pen, wide, high] = prepare(canvas), left = 30, right = 6, gap = 19, tall = (high - gap * ROWS.length) / ROWS.length;
+  const [pen, wide, high] = prepare(canvas), left = 30, right = 6, gap = 19, tall = (high - gap * ROWS.length - 8) / ROWS.length;
   const end = Math.max(walker.time, SHOWN), across = (t) => left + (wide - left - right) * (1 - (end - t) / SHOWN);
   ROWS.forEach((row, i) => {
     const from = i * (tall + gap) + gap, up = (v) => from + tall * (1 - (clamp(v, row.low, row.high) - row.low) / (row.high - row.low));

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import imageio.v2 as imageio
+import mujoco
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 from rich.console import Console
@@ -20,10 +21,10 @@ from jaxwalk.common.errors import UserError
 from jaxwalk.learn.policies import named
 from jaxwalk.learn.policies.named import Subject
 from jaxwalk.options import lines
-from jaxwalk.show import recording, scene
+from jaxwalk.show import recording, scene, session
 from jaxwalk.show.recording import SEGMENT, Loop, Shove, Walk, camera_path
 from jaxwalk.show.replay_page import replay
-from jaxwalk.show.scene import Arrow, Stage
+from jaxwalk.show.scene import FADE_SECONDS, Arrow, Stage
 
 if TYPE_CHECKING:
     from jaxwalk.show.render.options import RenderArgs
@@ -31,10 +32,6 @@ if TYPE_CHECKING:
 UPRIGHT, LYING = 0.62, 0.95  # width of a pose in the strip, in units of its height
 
 INK, FAINT, RED = (40, 44, 52), (120, 127, 138), (196, 24, 40)
-
-
-def _arrow(walk: Walk, args: RenderArgs, second: float) -> Arrow | None:
-    return Arrow.at(args.push, args.push_height, walk.push, second)
 
 
 def film(walk: Walk, stage: Stage, args: RenderArgs, fps: float) -> Iterator[np.ndarray]:
@@ -45,16 +42,21 @@ def film(walk: Walk, stage: Stage, args: RenderArgs, fps: float) -> Iterator[np.
     for i in range(int(walk.seconds * fps) + 1):
         second = i / fps
         tick = round(second / walk.timestep)
-        arrow = _arrow(walk, args, second)
+        shove = walk.pushed(second)
+        arrow = Arrow.at(shove, second)
         picture = Image.fromarray(stage.draw(walk.qpos[tick], float(path[tick]), arrow))
         pen = ImageDraw.Draw(picture)
         pen.text((margin, margin), f"{second:.1f} s", INK, font)
         pen.text((args.width - margin, margin), f"{walk.qpos[tick, 0]:.1f} m", INK, font, anchor="ra")
-        if arrow is not None:
-            pen.text((args.width // 2, margin), f"push {args.push:+g} N s", RED, font, anchor="ma")
+        if shove is not None and second < shove.time + shove.duration + FADE_SECONDS:
+            pen.text((args.width // 2, margin), _told(shove), RED, font, anchor="ma")
         elif walk.fell is not None and second >= walk.fell:
             pen.text((args.width // 2, margin), "fell", RED, font, anchor="ma")
         yield np.asarray(picture)
+
+
+def _told(shove: Shove) -> str:
+    return f"push {shove.impulse:+g} N s"
 
 
 def pose_times(seconds: float, count: int, highlight: float | None) -> np.ndarray:
@@ -84,7 +86,7 @@ def strip(walk: Walk, stage: Stage, args: RenderArgs, times: np.ndarray, band: i
 
     for i, second in enumerate(times):
         tick = round(second / walk.timestep)
-        pose = stage.draw(walk.qpos[tick], float(path[tick]), _arrow(walk, args, second))
+        pose = stage.draw(walk.qpos[tick], float(path[tick]), Arrow.at(walk.pushed(second), second))
         picture.paste(Image.fromarray(pose), (round(i * wide), 0))
         pen.line([across(second), axis, across(second), axis + band // 8], FAINT, 2)
         pen.text(
@@ -97,10 +99,10 @@ def strip(walk: Walk, stage: Stage, args: RenderArgs, times: np.ndarray, band: i
     for i in range(1, len(times)):
         pen.line([round(i * wide), 0, round(i * wide), axis], "white", 2)
     pen.line([0, axis, args.width, axis], FAINT, 2)
-    if walk.push is not None:
-        left, right = (across(t) for t in walk.push)
+    for shove in walk.pushes:
+        left, right = across(shove.time), across(shove.time + shove.duration)
         pen.rectangle([left, axis - 2, max(right, left + 4), axis + band // 6], RED)
-        pen.text((across(sum(walk.push) / 2), band * 0.4), f"push {args.push:+g} N s", RED, font, anchor="mm")
+        pen.text(((left + right) / 2, band * 0.4), _told(shove), RED, font, anchor="mm")
     if walk.fell is not None:
         pen.text((across(walk.fell), band * 0.9), "fell", RED, font, anchor="mm")
     return np.asarray(picture)
@@ -112,16 +114,15 @@ def main(args: RenderArgs) -> None:
     Raises:
       UserError: no such policy, no OpenGL, or the file cannot be written.
     """
-    subject = named.asked(args)
+    subject = named.asked(args) if args.session is None else session.subject(args.policy, args.session)
     if args.page:
         _write_page(args, subject)
         return
     scene.choose_backend()  # before the walk, which takes its time
     console = Console(markup=False)
     model = scene.model(subject.config)
-    shove = Shove(args.push, args.push_time, args.push_duration, args.push_height) if args.push else None
     with console.status("walking"):
-        walk = recording.record(Loop(subject, SEGMENT), model, args.seconds, args.seed, shove)
+        walk = _walk(args, subject, model)
     draw = _write_strip if args.out.suffix.lower() == ".png" else _write_film
     try:
         with tempfile.TemporaryDirectory(dir=args.out.parent, prefix=".jaxwalk.") as folder:
@@ -132,6 +133,13 @@ def main(args: RenderArgs) -> None:
         raise UserError(f"cannot write {args.out}: {error.strerror or error}") from error
     fell = "" if walk.fell is None else f"; fell at {walk.fell:.1f} s"
     console.print(f"{args.out}: {walk.seconds:.1f} s, {walk.qpos[-1, 0]:.1f} m{fell}", highlight=False)
+
+
+def _walk(args: RenderArgs, subject: Subject, model: mujoco.MjModel) -> Walk:
+    if args.session is not None:
+        return session.record(subject, session.read(args.session), model)
+    shove = Shove(args.push, args.push_time, args.push_duration, args.push_height) if args.push else None
+    return recording.record(Loop(subject, SEGMENT), model, args.seconds, args.seed, shove)
 
 
 def _write_page(args: RenderArgs, subject: Subject) -> None:
@@ -151,7 +159,8 @@ def _write_strip(path: Path, walk: Walk, stage_of: Callable[[int, int], Stage], 
     band = max(args.height_px // 10, 24)
     high = args.height_px - band
     poses = max(2, round(args.width / (high * (UPRIGHT if walk.fell is None else LYING))))
-    middle = None if walk.push is None else min(sum(walk.push) / 2, walk.seconds)
+    shove = walk.pushed(walk.seconds)
+    middle = None if shove is None else min(shove.time + shove.duration / 2, walk.seconds)
     with stage_of(-(-args.width // poses), high) as stage:
         imageio.imwrite(path, strip(walk, stage, args, pose_times(walk.seconds, poses, middle), band))
 

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
 from jaxwalk.options import checks, shared
-from jaxwalk.options.parse import Impulses, OptionalActuators, OptionalModel, Policy, reader
+from jaxwalk.options.parse import Impulses, OptionalActuators, OptionalFile, OptionalModel, Policy, reader
 
 SUFFIXES = (".mp4", ".gif", ".png", ".html")
 IMPULSES = (-80.0, -40.0, 40.0, 70.0)
-_DRAWN = "seconds push push_time push_height push_duration width height_px fps".split()  # not of a page
+_SETTLED = (
+    "seconds speed push push_time push_height push_duration height mass model actuators noise seed".split()
+)
+_DRAWN = (
+    "session seconds push push_time push_height push_duration width height_px fps".split()
+)  # not of a page
 
 
 @dataclass(frozen=True)
@@ -26,6 +32,8 @@ class RenderArgs:
     """File to draw into, replaced if there; .mp4, .gif, .png or .html."""
     seconds: float = 8.0
     """How long the walk lasts, s."""
+    session: OptionalFile = None
+    """Instead, walk what a page of `jaxwalk play` has saved: its body, circumstances and pushes."""
     speed: shared.Speed = 1.0
     push: float = 0.0
     """Impulse of the push, N s; positive pushes forward, 0 is none."""
@@ -60,10 +68,11 @@ class RenderArgs:
             raise UserError(f"--out {self.out}: give a file that ends in {', '.join(SUFFIXES)}")
         files.check_output("--out", self.out)
         own = _DRAWN if self.page else ["impulses"]
-        for field in dataclasses.fields(self):
-            if field.name in own and getattr(self, field.name) != field.default:
-                told = "films and strips" if self.page else "pages: give --out a name that ends in .html"
-                raise UserError(f"--{field.name.replace('_', '-')}: is for {told}")
+        if (option := self._given(own)) is not None:
+            told = "films and strips" if self.page else "pages: give --out a name that ends in .html"
+            raise UserError(f"{option}: is for {told}")
+        if self.session is not None and (option := self._given(_SETTLED)) is not None:
+            raise UserError(f"{option}: --session settles it; leave one of the two out")
         checks.replayed(self.impulses)
         checks.between("--seconds", self.seconds, 0.1, 600.0, " s")
         checks.between("--push", self.push, -1000.0, 1000.0, " N s")
@@ -77,6 +86,11 @@ class RenderArgs:
         checks.between("--height-px", self.height_px, 64, 1080, " pixels")
         checks.between("--fps", self.fps, 1, 120, "")
         checks.seed(self.seed)
+
+    def _given(self, names: Sequence[str]) -> str | None:
+        """The first option of ``names`` that does not have its default."""
+        told = (f for f in dataclasses.fields(self) if f.name in names and getattr(self, f.name) != f.default)
+        return next((f"--{field.name.replace('_', '-')}" for field in told), None)
 
 
 read = reader(RenderArgs, "render")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from jaxwalk.model import mjcf
-from jaxwalk.show.recording import Shove, Walk, camera_path
+from jaxwalk.show.recording import Walk, camera_path
 
 POSE_SECONDS = 0.01  # about so long from pose to pose
 UNIT = 1e-3  # what a whole number stands for: m, rad, m/s, s
@@ -20,16 +20,16 @@ def stride(walk: Walk) -> int:
     return max(1, round(POSE_SECONDS / walk.timestep))
 
 
-def encode(walk: Walk, shove: Shove | None) -> dict[str, Any]:
-    """One walk; ``columns``, ``camera`` and ``speed`` hold a value per pose, in thousandths of SI units.
+def encode(walk: Walk) -> dict[str, Any]:
+    """One walk, and the first push in it; ``columns``, ``camera`` and ``speed`` hold a value per pose, in
+    thousandths of SI units.
 
     ``speed`` ends at a fall. ``footfalls``: (time, leg, length, seconds) each, see `recording.Footfall`.
     """
-    step = stride(walk)
-    push = None
-    if shove is not None and walk.push is not None:
-        start, end = walk.push
-        push = {"impulse": shove.impulse, "start": start, "end": end, "height": shove.height}
+    step, push = stride(walk), None
+    for shove in walk.pushes[:1]:
+        end = shove.time + shove.duration
+        push = {"impulse": shove.impulse, "start": shove.time, "end": end, "height": shove.height}
     return {
         "push": push,
         "fell": walk.fell,

@@ -33,13 +33,13 @@ class Replay:
 
     Attributes:
       subject: who walked. seed: of the starts and the noise.
-      walks: with the push asked for, their poses as the planar model's; the first has none.
+      walks: their poses as the planar model's; the first has no push.
       model: of the body, as it is drawn.
     """
 
     subject: Subject
     seed: int
-    walks: tuple[tuple[Walk, Shove | None], ...]
+    walks: tuple[Walk, ...]
     model: mujoco.MjModel
 
 
@@ -57,7 +57,7 @@ def record(
     for shove in (None, *(Shove(impulse, PUSH_SECOND) for impulse in impulses)):
         report("walking unpushed" if shove is None else f"walking, pushed by {shove.impulse:+g} N s")
         walk = recording.record(loop, model, SECONDS, seed, shove)
-        walks.append((dataclasses.replace(walk, qpos=where.planar(walk.qpos)), shove))
+        walks.append(dataclasses.replace(walk, qpos=where.planar(walk.qpos)))
     return Replay(subject, seed, tuple(walks), model)
 
 
@@ -66,16 +66,16 @@ def content(replay: Replay) -> dict[str, Any]:
     return {
         "stature": replay.subject.config.body.height,
         "figure": figure.figure(replay.model),
-        "walks": [data.encode(walk, shove) for walk, shove in replay.walks],
+        "walks": [data.encode(walk) for walk in replay.walks],
     }
 
 
-def html(replay: Replay, origin: policy.Metadata | None, command: str, engine: str = "MJX") -> bytes:
+def html(replay: Replay, origin: policy.Metadata | None, command: str) -> bytes:
     """The page that replays the walks, an HTML file.
 
     Args:
       origin: of the policy; None for a rule.
-      command: the line that makes the page. engine: what moved the walker.
+      command: the line that makes the page.
     """
     config = replay.subject.config
     speed = f"{config.gait.speed_desired:g} m/s"
@@ -85,8 +85,8 @@ def html(replay: Replay, origin: policy.Metadata | None, command: str, engine: s
     else:
         trained = f"{origin.footsteps:,} footsteps, seed {origin.seed}, jaxwalk {origin.jaxwalk_version}"
         facts += [("Trained", trained), ("Trained by", origin.command)]
-    moved = f"{engine}, {1 / config.physics.timestep:g} ticks a second"
-    begins = {shove.time for _, shove in replay.walks if shove is not None}
+    moved = f"MJX, {1 / config.physics.timestep:g} ticks a second"
+    begins = {shove.time for walk in replay.walks for shove in walk.pushes}
     since = " or ".join(f"{second:g}" for second in sorted(begins))
     facts += [
         ("Body", f"{config.body.height:g} m, {config.body.mass:g} kg"),
@@ -111,7 +111,7 @@ def verify(path: Path, replay: Replay) -> float:
         found, addresses = document.read(path.read_bytes())
         worst = max(
             float(np.abs(data.poses(one) - walk.qpos[:: data.stride(walk)]).max())
-            for one, (walk, _) in zip(found["walks"], replay.walks, strict=True)
+            for one, walk in zip(found["walks"], replay.walks, strict=True)
         )
     except (OSError, KeyError, TypeError, ValueError) as error:
         raise UserError(f"{path}: cannot be read back ({error}): {anew}") from None

@@ -84,7 +84,4 @@ class Session:
     @property
     def arrow(self) -> Arrow | None:
         """The push as it is drawn now; None: there is none, or it has faded."""
-        if self.push is None:
-            return None
-        acts = (self.push.time, self.push.time + self.push.duration)
-        return Arrow.at(self.push.impulse, self.push.height, acts, self.seconds)
+        return Arrow.at(self.push, self.seconds)

@@ -69,7 +69,7 @@ function drawWorld({ pen, wide, high, top, scale, ground, left, sx }) {
     if (whole) pen.fillRect(x - 0.5, top, 1, ground - top);
     pen.fillStyle = colours["ground-line"];
     pen.fillRect(x - 0.5, ground, 1, whole ? 9 : 5);
-    if (whole) { pen.fillStyle = colours.soft; pen.textAlign = "center"; pen.textBaseline = "bottom"; pen.fillText(`${number(half / 2)} m`, x, top + high - 5); }
+    if (whole && (half % 4 === 0 || scale > 60)) { pen.fillStyle = colours.soft; pen.textAlign = "center"; pen.textBaseline = "bottom"; pen.fillText(`${number(half / 2)} m`, x, top + high - 5); }
   }
   pen.fillStyle = colours["ground-line"]; pen.fillRect(0, ground - 0.75, wide, 1.5);
 }
