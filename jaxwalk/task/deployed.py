@@ -49,13 +49,12 @@ class Walk:
     Attributes:
       seconds: until it fell, or to the end. fell: it did.
       speed: mean of the hip's over the time after the first 3 s, m/s.
-      pushed: the tick in which the push began; None without one.
 
     And, where it is kept:
 
       said: what the instruments said, tick by tick, the start's first.
       commands: [T, 6] given after each, and landed: [T] a foot landed in it.
-      qpos: pose after each, the start first, and speeds: of the torso's centre, m/s.
+      qpos: pose after each, the start first.
       landings: (tick, leg that landed, how far it is ahead of the other, m).
     """
 
@@ -65,9 +64,7 @@ class Walk:
     said: list[Sensors] = field(default_factory=list)
     commands: list[np.ndarray] = field(default_factory=list)
     landed: list[bool] = field(default_factory=list)
-    pushed: int | None = None
     qpos: list[np.ndarray] = field(default_factory=list)
-    speeds: list[float] = field(default_factory=list)
     landings: list[tuple[int, int, float]] = field(default_factory=list)
 
 
@@ -148,7 +145,7 @@ def walk(
     for tick in range(round(seconds / dt)):
         tell(tick)
         if shove is not None and begin is None and steps == shove.step:
-            result.pushed = begin = tick + round(shove.delay / dt)
+            begin = tick + round(shove.delay / dt)
         pushed = shove is not None and begin is not None and begin <= tick < begin + round(shove.seconds / dt)
         data.xfrc_applied[1, 0] = shove.impulse / shove.seconds if shove is not None and pushed else 0.0
         data.ctrl[:6] = command  # what is beyond is told to stand still
@@ -162,7 +159,6 @@ def walk(
             result.commands.append(command)
             result.landed.append(runtime.touchdown)
             result.qpos.append(data.qpos.copy())
-            result.speeds.append(float(data.sensordata[0]))
         if runtime.touchdown:
             stance = 1 - stance
             ahead = float(feet[stance].xpos[0] - feet[1 - stance].xpos[0])
