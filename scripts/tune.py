@@ -59,6 +59,8 @@ LEGS: dict[str, tuple[float, float]] = {
     "back_toe_off": (0, 1), "back_pitch_gain": (-1, 1.5),
     "toe_off_least": (0, 0.8), "landing_behind": (-0.1, 0.3),
     "back_knee": (0.2, 1.6), "back_knee_stiffness": (1, 400), "back_knee_damping": (0.5, 30),
+    "lag_seconds": (1, 10), "lag_speed": (0.1, 1), "lag_most": (0.1, 1.5), "lag_push_off": (0, 300),
+    "lag_pitch": (0, 0.6), "lag_capture": (0, 1),
 }  # fmt: skip
 RULE: dict[str, tuple[float, float]] = {
     "length": (0.5, 0.95), "duration": (0.45, 0.85), "capture": (0.1, 0.8), "length_gain": (-1, 2),
@@ -82,6 +84,12 @@ BEFORE = {
     "swing_ankle_damping": 1.5,
     "balance_ankle": 100.0,
     "balance_sole": 100.0,
+    "lag_seconds": 1.0,
+    "lag_speed": 0.5,
+    "lag_most": 0.5,
+    "lag_push_off": 0.0,
+    "lag_pitch": 0.0,
+    "lag_capture": 0.0,
 }
 PLAN_BEFORE = {"pitch_least": -10.0, "back_beyond": 1.0}
 """What was not searched at first, of the legs and of the rule, with the numbers that walks had then."""
@@ -107,6 +115,8 @@ ROUGH = {
     "length_speed": 0.3, "duration_speed": -0.2, "capture_speed": 0.3, "push_off_speed": 20.0,
     "swing_ankle_stiffness": 40.0, "swing_ankle_damping": 1.0,
     "back_knee_stiffness": 40.0, "back_knee_damping": 4.0, "balance_ankle": 0.3, "balance_sole": 0.2,
+    "lag_seconds": 3.0, "lag_speed": 0.5, "lag_most": 0.5, "lag_push_off": 50.0, "lag_pitch": 0.1,
+    "lag_capture": 0.2,
     "length": 0.89, "duration": 0.68, "capture": 0.41, "length_gain": -0.0064, "pitch_gain": 1.9,
     "pitch_least": -0.2, "duration_gain": 0.45, "duration_least": 0.31, "back_margin": 0.013,
     "back_reach": 0.038, "back_gain": 1.3, "back_least": 0.12, "back_speed": 3.0, "back_time": 0.23,

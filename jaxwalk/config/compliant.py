@@ -121,6 +121,20 @@ class CompliantConfig:
     """`landing_capture`, s."""
     push_off_speed: float = -30.92
     """`push_off_torque`, N m s/m."""
+    lag_seconds: float = 6.0
+    """How soon it is forgotten that the walker has been slower or faster than asked for, s. Its lag is that
+    error of speed, integrated over about so long, m: what pulls steadily, as a pack or a slope does, is told
+    by it."""
+    lag_speed: float = 0.3
+    """Error of speed that counts for it at most, m/s: a push is an accident."""
+    lag_most: float = 0.6
+    """Largest lag that counts, m."""
+    lag_push_off: float = 100.0
+    """Push-off torque for each m of lag, N m/m."""
+    lag_pitch: float = 0.16
+    """Lean of the torso for each m of lag, rad/m."""
+    lag_capture: float = 0.16
+    """Distance of the capture point ahead at a landing, for each m of lag."""
     landing_share: float = 0.55
     """Share of the step's time before which a contact ahead is no touch-down."""
     landing_behind: float = 0.05

@@ -59,12 +59,13 @@ _BEFORE: dict[int, dict[str, Any]] = {
         "ddpg": {"privileged": False, "hidden": [128, 128], "action_weight": 0.4},
         "train": {"footsteps": 40_000},
     },
+    5: {"gait": {"compliant": {"lag_push_off": 0.0, "lag_pitch": 0.0, "lag_capture": 0.0}}},
 }  # fmt: skip
 """Defaults of each format that are others in the next, or had no field yet. In 1, which said no number,
 walkers had rigid legs moved by servos and took one decision a step; in 2, policies commanded each step; in
 3, a leg that steps back swung as any other, ankles turned without end, steps were of one speed, training had
 one circumstance, and the paper's toe-off moved one leg; in 4, walkers balanced on the edge of a heel,
-and waited for a foot that was far enough behind."""
+and waited for a foot that was far enough behind; in 5, nothing told them of a pack or a slope."""
 FORMAT = 1 + len(_BEFORE)
 """Of configurations."""
 

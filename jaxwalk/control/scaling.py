@@ -87,6 +87,9 @@ _COMPLIANT = {
     "back_knee_damping": "rotational_damping",
     "back_ahead": "length",
     "back_force": "force",
+    "lag_seconds": "time",
+    "lag_speed": "speed",
+    "lag_most": "length",
 }
 _STEP_PLAN = {
     "change_length": "length",
@@ -120,6 +123,8 @@ def scaled(config: GaitConfig, body: Similarity) -> GaitConfig:
     legs["push_off_speed"] = own.push_off_speed * body.torque / body.speed
     legs["duration_speed"] = own.duration_speed * body.time / body.speed
     legs["ankle_capture_gain"] = own.ankle_capture_gain * body.torque / body.length
+    legs["lag_push_off"] = own.lag_push_off * body.torque / body.length
+    legs["lag_pitch"] = own.lag_pitch / body.length
     legs["pitch_capture_gain"] = own.pitch_capture_gain / body.length
     steps = each(plan, _STEP_PLAN)
     steps["duration_gain"] = plan.duration_gain * body.time / body.length

@@ -34,6 +34,7 @@ class StepClock(struct.PyTreeNode):
       path: of the swing hip; None for rigid legs.
       change: [2] of the planned length (m) and duration (s), as the policy wants it; None where it commands
         the step itself.
+      lag: how far the walker has fallen behind the speed asked for of late, m; None for rigid legs.
     """
 
     stance: Int[Array, ""]
@@ -44,6 +45,7 @@ class StepClock(struct.PyTreeNode):
     toe_off_seconds: Float[Array, ""]
     path: Path | None = None
     change: Float[Array, "2"] | None = None
+    lag: Float[Array, ""] | None = None
 
     @property
     def is_stance(self) -> Bool[Array, "2"]:

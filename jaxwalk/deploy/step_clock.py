@@ -21,6 +21,7 @@ class Clock:
       toe_off, toe_off_seconds: of the trailing ankle, N m, plantarflexion positive, and s.
       change: of the planned length (m) and duration (s), as the policy wants it, of steps that are planned.
       path, path_rate: where the swing hip shall be, rad, rad/s; of compliant legs.
+      lag: how far the walker has fallen behind the speed asked for of late, m; likewise.
     """
 
     stance: int
@@ -31,6 +32,7 @@ class Clock:
     toe_off_seconds: np.float32
     path: np.float32
     path_rate: np.float32
+    lag: np.float32
     change: tuple[np.float32, np.float32] = (np.float32(0), np.float32(0))
 
     @property

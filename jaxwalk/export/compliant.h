@@ -8,15 +8,16 @@ static inline float jaxwalk_capture_error(const struct jaxwalk *w) {
     const float time = w->n.compliant_landing_time + w->n.compliant_duration_speed * more;
     const float left = fmaxf(time - w->elapsed, 0.0f);
     const float ahead = jaxwalk_capture_point(w) - w->x[w->stance];
+    const float usual = w->n.compliant_landing_capture + w->n.compliant_capture_speed * more +
+                        w->n.compliant_lag_capture * w->lag;
     const float grown = ahead * expf(sqrtf(JAXWALK_GRAVITY / w->leg) * left);
-    return jaxwalk_clamp(grown - w->n.compliant_landing_capture - w->n.compliant_capture_speed * more, -most,
-                         most);
+    return jaxwalk_clamp(grown - usual, -most, most);
 }
 
 static inline float jaxwalk_stance_hip(const struct jaxwalk *w, float error) {
     const float speed = fmaxf(w->now.velocity - w->n.torso * w->now.pitch_rate, w->n.compliant_hip_speed_min);
     const float turning = speed / -w->z[w->stance];
-    const float off = w->now.pitch - w->n.compliant_pitch_offset - w->n.compliant_pitch_capture_gain * error;
+    const float off = w->now.pitch - w->n.compliant_lag_pitch * w->lag - w->n.compliant_pitch_offset - w->n.compliant_pitch_capture_gain * error;
     const float rate = jaxwalk_clamp(-turning * off / w->n.compliant_pitch_nominal, -w->n.compliant_hip_rate_max,
                                      w->n.compliant_hip_rate_max);
     return w->n.compliant_hip_damping * (rate - w->now.rates[w->stance][0]);
@@ -33,7 +34,7 @@ static inline float jaxwalk_stance_knee(const struct jaxwalk *w) {
 static inline float jaxwalk_push_off(const struct jaxwalk *w) {
     const float lost = w->n.compliant_push_off_share * w->n.speed_desired - w->now.velocity;
     const float usual = w->n.compliant_push_off_torque + w->n.compliant_push_off_speed * jaxwalk_faster(w);
-    return fmaxf(usual + w->n.compliant_push_off_gain * lost, 0.0f);
+    return fmaxf(usual + w->n.compliant_push_off_gain * lost + w->n.compliant_lag_push_off * w->lag, 0.0f);
 }
 
 static inline float jaxwalk_ankle_stop(const struct jaxwalk *w, float angle) {
@@ -183,6 +184,13 @@ static inline void jaxwalk_plan(struct jaxwalk *w) {
     w->duration = jaxwalk_clamp(seconds + w->change[1], w->n.duration_min, longest);
 }
 
+/* how far it has fallen behind the speed asked for of late, m: the error, integrated with a leak */
+static inline void jaxwalk_lag(struct jaxwalk *w) {
+    const float fast = w->n.compliant_lag_speed, most = w->n.compliant_lag_most;
+    const float off = jaxwalk_clamp(w->n.speed_desired - w->now.velocity, -fast, fast);
+    w->lag = jaxwalk_clamp(w->lag + JAXWALK_TIMESTEP * (off - w->lag / w->n.compliant_lag_seconds), -most, most);
+}
+
 static inline void jaxwalk_proceed(struct jaxwalk *w) {
     w->touchdown = jaxwalk_landed(w);
     if (w->touchdown) {
@@ -192,5 +200,6 @@ static inline void jaxwalk_proceed(struct jaxwalk *w) {
     }
     if (JAXWALK_PLANNED) jaxwalk_plan(w);
     jaxwalk_path(w);
+    jaxwalk_lag(w);
     w->toe_off = jaxwalk_push_off(w);
 }

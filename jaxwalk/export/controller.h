@@ -76,6 +76,7 @@ struct jaxwalk {
     float elapsed, length, duration, toe_off, toe_off_seconds;
     float change[2];               /* of the planned length and duration, as the policy wants it */
     float path, path_rate;         /* where the swing hip shall be; of compliant legs */
+    float lag;                     /* how far it has fallen behind the speed asked for, m; likewise */
     float landed_length;           /* of the step that ended last, m */
     int ticks, windows, fresh;     /* since the last decision */
     float observation[JAXWALK_OBSERVATIONS], action[JAXWALK_ACTIONS];
@@ -195,7 +196,7 @@ static inline void jaxwalk_start(struct jaxwalk *w, const struct jaxwalk_sensors
     jaxwalk_posture(w);
     w->length = w->n.length_nominal;
     w->duration = w->n.duration_nominal;
-    w->change[0] = w->change[1] = 0.0f;
+    w->change[0] = w->change[1] = w->lag = 0.0f;
     w->ticks = w->windows = w->fresh = 0;
     jaxwalk_begin_step(w);
     w->landed_length = -jaxwalk_step_length(w);

@@ -58,22 +58,23 @@ _COMPLIANT_UNITS = {
     "swing_ankle_most",
     "rad/s": "hip_rate_max swing_rate_max",
     "rad/s^2": "swing_acceleration_most",
-    "rad/m": "pitch_capture_gain",
-    "m": "landing_capture landing_behind back_ahead",
-    "m/s": "hip_speed_min speed_usual",
+    "rad/m": "pitch_capture_gain lag_pitch",
+    "m": "landing_capture landing_behind back_ahead lag_most",
+    "m/s": "hip_speed_min speed_usual lag_speed",
     "s^2/m": "duration_speed",
     "s": "length_speed capture_speed "
-    "knee_seconds toe_off_seconds landing_seconds landing_time passing_seconds swing_soonest",
+    "knee_seconds toe_off_seconds landing_seconds landing_time passing_seconds swing_soonest "
+    "lag_seconds",
     "N": "back_force",
     "N m": "push_off_torque",
-    "N m/m": "ankle_capture_gain",
+    "N m/m": "ankle_capture_gain lag_push_off",
     "N m/rad": "knee_stiffness ankle_stiffness ankle_stop swing_stiffness swing_knee_stiffness knee_stop "
     "back_knee_stiffness landing_knee_stiffness swing_ankle_stiffness",
     "N m s/rad": "hip_damping knee_damping ankle_damping swing_damping swing_knee_damping "
     "back_knee_damping landing_knee_damping swing_ankle_damping",
     "N m s/m": "push_off_gain push_off_speed",
     "1": "push_off_share swing_pitch_gain toe_off_knee_share landing_share back_toe_off back_pitch_gain "
-    "toe_off_least",
+    "toe_off_least lag_capture",
 }
 _STEP_PLAN_UNITS = {
     "m": "change_length length_least back_margin back_reach back_least",

@@ -29,6 +29,7 @@ from jaxwalk.task.stepper import Stepper
 FORMAT = 1
 LARGEST = 1 << 20  # bytes of a file
 LONGEST = 600.0  # s
+_CURE = "give what a page of jaxwalk play has saved"
 
 
 @dataclass(frozen=True)
@@ -56,12 +57,13 @@ class Session:
     """What was done on the page.
 
     Attributes:
-      digest: of the policy's parameters. shown: who walked, by name.
+      policy: its name on the page. digest: of its parameters. shown: who walked, by name.
       settings: at the start.
       events: (tick, what): settings that change, and ``push``, a `Shove`.
       ticks: how long was walked.
     """
 
+    policy: str
     digest: str
     shown: tuple[str, ...]
     settings: Settings
@@ -75,16 +77,11 @@ def read(file: Path) -> Session:
     Raises:
       UserError: there is no such file, or it is no session.
     """
+    told = untrusted.read_json(file, _CURE, LARGEST)
     try:
-        with file.open("rb") as opened:
-            text = opened.read(LARGEST + 1)
-        if len(text) > LARGEST:
-            raise untrusted.Bad(f"more than {LARGEST} bytes")
-        return _session(untrusted.parse(text))
-    except OSError as error:
-        raise UserError(f"--session {file}: cannot read ({error.strerror or error})") from None
-    except (untrusted.Bad, KeyError, TypeError, ValueError) as error:
-        raise UserError(f"--session {file}: not what a page saves ({error})") from None
+        return _session(told)
+    except (untrusted.Bad, UserError, KeyError, TypeError, ValueError) as error:
+        raise UserError(untrusted.unreadable(file, error, _CURE)) from None
 
 
 def _session(told: Any) -> Session:
@@ -92,13 +89,17 @@ def _session(told: Any) -> Session:
         raise untrusted.Bad(f"no session of format {FORMAT}")
     settings = validate.from_dict(Settings, told["settings"], "settings")
     _check(settings)
-    ticks, shown, digest = told["ticks"], tuple(told["shown"]), told["policy"]["digest"]
-    if not all(isinstance(x, str) for x in (digest, *shown)) or type(ticks) is not int or not ticks >= 0:
+    ticks, shown = told["ticks"], tuple(told["shown"])
+    policy, digest = told["policy"]["name"], told["policy"]["digest"]
+    named_so = all(isinstance(x, str) for x in (policy, digest, *shown))
+    if not named_so or type(ticks) is not int or not ticks > 0:
         raise untrusted.Bad("its policy, who is shown, or its ticks are none")
     events, met = [], settings
     for tick, what in told["events"]:
         if type(tick) is not int or not (events[-1][0] if events else 0) <= tick <= ticks:
             raise untrusted.Bad(f"an event at {tick!r:.40}")
+        if not isinstance(what, dict):
+            raise untrusted.Bad(f"an event that is {what!r:.40}")
         push = what.get("push")
         changed = {name: x for name, x in what.items() if name != "push"}
         if changed.keys() & {"seed", "height", "mass"}:
@@ -106,7 +107,7 @@ def _session(told: Any) -> Session:
         met = validate.from_dict(Settings, dataclasses.asdict(met) | changed, "events")
         _check(met)
         events.append((tick, changed | ({} if push is None else {"push": _shove(push)})))
-    return Session(digest, shown, settings, tuple(events), ticks)
+    return Session(policy, digest, shown, settings, tuple(events), ticks)
 
 
 def _check(settings: Settings) -> None:
@@ -135,8 +136,12 @@ def subject(policy: str, file: Path) -> Subject:
     found = read(file)
     own = found.settings
     loaded = named.load(policy, speed=own.speed, height=own.height, mass=own.mass, noise=own.noise)
-    if loaded.digest != found.digest and policy not in found.shown:
-        raise UserError(f"--session {file}: was walked by {', '.join(found.shown)}, not by {policy}")
+    if named.origin(policy) is None:  # a rule, whose parameters change with the speed
+        walked = policy in found.shown
+    else:
+        walked = loaded.digest == found.digest and found.policy in found.shown
+    if not walked:
+        raise UserError(f"--session {file}: was walked by {', '.join(found.shown)}, not by this {policy}")
     return loaded
 
 

@@ -29,6 +29,9 @@ def test_a_file_without_a_number_meant_rigid_legs_and_one_decision_a_step():
     assert before.observation == ("speed", "pitch", "zmp", "step_length", "pitch_rate")
 
 
+NO_LAG = {"lag_push_off": 0.0, "lag_pitch": 0.0, "lag_capture": 0.0}
+
+
 def test_heel_and_toe_had_one_number():
     before = of_dict({"physics": {"contact_timeconst": 0.01}})
     assert before.physics.heel_timeconst == before.physics.contact_timeconst == 0.01
@@ -45,7 +48,7 @@ def test_in_the_second_format_policies_commanded_each_step_and_were_asked_in_eve
     limp = dataclasses.replace(
         now.gait.compliant, knee_stop=0.0, back_toe_off=1.0, toe_off_least=-1.0, landing_behind=100.0,
         balance_ankle=100.0, ankle_stop=0.0, balance_sole=100.0,
-        length_speed=0.0, duration_speed=0.0, capture_speed=0.0, push_off_speed=0.0,
+        length_speed=0.0, duration_speed=0.0, capture_speed=0.0, push_off_speed=0.0, **NO_LAG,
     )  # fmt: skip
     assert before.circumstances.share == 0.0 and before.train.height_spread == 0.1
     plan = dataclasses.replace(now.gait.step_plan, pitch_least=-10.0, back_latest=0.0, back_beyond=1.0)
@@ -67,10 +70,16 @@ def test_in_the_third_format_a_leg_stepped_back_as_it_swung():
 
 def test_in_the_fourth_format_walkers_balanced_on_the_edge_of_a_heel():
     before, now = of_dict({"format": 4}), of_dict({"format": FORMAT})
-    legs = dataclasses.replace(now.gait.compliant, balance_sole=100.0)
+    legs = dataclasses.replace(now.gait.compliant, balance_sole=100.0, **NO_LAG)
     plan = dataclasses.replace(now.gait.step_plan, back_beyond=1.0)
     assert before.gait == dataclasses.replace(now.gait, compliant=legs, step_plan=plan)
     assert (before.ddpg.privileged, before.ddpg.hidden, before.train.footsteps) == (False, (128, 128), 40_000)
+
+
+def test_in_the_fifth_format_nothing_told_of_a_pack():
+    before, now = of_dict({"format": 5}), of_dict({"format": FORMAT})
+    legs = dataclasses.replace(now.gait.compliant, **NO_LAG)
+    assert before == dataclasses.replace(now, gait=dataclasses.replace(now.gait, compliant=legs))
 
 
 def test_what_a_file_of_the_second_format_says_is_kept():

@@ -266,9 +266,8 @@ def test_a_whole_session(browser, file, size):
     _settled(one)
     _drag(one, -120)
     (begun, ahead), (tick, back) = one.run("jaxwalk.session()")["events"]
-    assert (
-        ahead == {"push": {"impulse": 60}} and tick == begun + 1000 and -300 <= back["push"]["impulse"] < -20
-    )
+    assert ahead == {"push": {"impulse": 60, "height": 0, "place": 0}}
+    assert tick == begun + 1000 and -300 <= back["push"]["impulse"] < -20
     one.run("const size = document.getElementById('impulse'); size.value = 200;")
     for _ in range(3):
         one.press("ArrowRight")
@@ -325,6 +324,22 @@ def test_a_link_walks_again(browser, file, saved):
     assert one.run(POSE) == pose and one.run("jaxwalk.session()") == told
 
 
+def test_what_a_link_has_due_happens_before_what_comes_then(browser, file, saved):
+    """And of what comes later nothing is left, once somebody does something else."""
+    told, _, _ = saved
+    (tick, push), last = told["events"][0], told["ticks"] // 10 * 10
+    whole = told | {"events": [[tick, push], [last, {"slope": 1.0}]], "ticks": last}
+    one = browser(file)
+    one.run(READY)
+    one.run("document.getElementById('play').click()")
+    one.run(f"location.hash = '{_link(whole)}'")
+    one.run(f"while (jaxwalk.walkers()[0].tick < {tick}) document.getElementById('frame').click()")
+    one.run("const sheer = document.querySelectorAll('#sliders input')[5]; sheer.value = 0.8")
+    one.run("sheer.dispatchEvent(new Event('input'))")
+    assert one.run("jaxwalk.session()")["events"] == [[tick, push], [tick, {"friction": 0.8}]]
+    assert one.run("jaxwalk.walkers()[0].whole('walker.push.start')") == tick
+
+
 @pytest.mark.parametrize(
     ("change", "says"),
     [
@@ -335,6 +350,10 @@ def test_a_link_walks_again(browser, file, saved):
         ({"events": [[7, {}]]}, "out of order"),
         ({"events": [[10, {"push": {"impulse": 9000}}]]}, "within 300 N s"),
         ({"ticks": 10**9}, "longer than"),
+        ({"events": [[10, {"toString": 1}]]}, "unknown: toString"),
+        ({"events": [[10, {"push": {"impulse": 60, "height": True}}]]}, "push that is none"),
+        ({"settings": {"speed": "1"}}, "give a number"),
+        ({"settings": {"delay": 0.1}}, "delay of 100: 0 to 40 ms"),
         ({"shown": ["nobody"]}, "who is not here"),
     ],
 )
@@ -367,6 +386,7 @@ def test_what_a_page_saves_is_walked_again(shipped, saved, tmp_path):
     [
         ("{", "not JSON"),
         ("{}", "format 1"),
+        ('{"format": 1, "settings": 3}', "settings"),
         ('{"format": 1, "settings": {}}', "seed"),
         (None, "No such file"),
     ],

@@ -27,10 +27,11 @@ def start(
         elapsed=jnp.zeros(()),
         length=numbers.length_nominal * jnp.ones(()),
         duration=numbers.duration_nominal * jnp.ones(()),
-        toe_off=standing.push_off(numbers, estimate),
+        toe_off=standing.push_off(numbers, estimate, jnp.zeros(())),
         toe_off_seconds=numbers.compliant.toe_off_seconds * jnp.ones(()),
         path=_path(estimate, 1 - stance),
         change=jnp.zeros(2) if numbers.steps == "planned" else None,
+        lag=jnp.zeros(()),
     )
 
 
@@ -71,7 +72,8 @@ def proceed(
         length, duration = step_plan.changed(numbers, plan, clock.change)
         clock = clock.replace(length=length, duration=duration)
     path = swing.proceed(numbers, bones, clock, where, estimate, setup.timestep)
-    return clock.replace(path=path, toe_off=standing.push_off(numbers, estimate)), landed
+    lag = standing.lagging(numbers, clock, estimate, setup.timestep)
+    return clock.replace(path=path, lag=lag, toe_off=standing.push_off(numbers, estimate, lag)), landed
 
 
 def _path(estimate: Estimate, leg: Int[Array, ""]) -> Path:

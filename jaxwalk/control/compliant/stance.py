@@ -21,6 +21,22 @@ def faster(config: GaitConfig) -> Float[Array, ""]:
     return jnp.asarray(config.speed_desired - config.compliant.speed_usual)
 
 
+def lag_of(clock: StepClock) -> Float[Array, ""]:
+    """`StepClock.lag`, m."""
+    assert clock.lag is not None  # compliant legs have one
+    return clock.lag
+
+
+def lagging(config: GaitConfig, clock: StepClock, estimate: Estimate, timestep: float) -> Float[Array, ""]:
+    """`StepClock.lag` a tick on: the error of the speed, integrated with a leak. What pulls or pushes
+    steadily (a pack, a slope) is answered by it; a push is too short to count for much."""
+    own = config.compliant
+    off = jnp.clip(config.speed_desired - estimate.speed, -own.lag_speed, own.lag_speed)
+    lag = lag_of(clock)
+    lag = lag + timestep * (off - lag / own.lag_seconds)
+    return jnp.clip(lag, -own.lag_most, own.lag_most)
+
+
 def capture_error(config: GaitConfig, body: Skeleton, clock: StepClock, where: Posture) -> Float[Array, ""]:
     """How much further ahead of the stance ankle the capture point will be at the landing than it is in
     steady walking, m: it runs away from the foot as exp(w0 t) (Englsberger et al. 2015)."""
@@ -28,9 +44,8 @@ def capture_error(config: GaitConfig, body: Skeleton, clock: StepClock, where: P
     more = faster(config)
     left = jnp.maximum(own.landing_time + own.duration_speed * more - clock.elapsed, 0.0)
     ahead = where.capture - where.ankle[clock.stance]
-    error = (
-        ahead * jnp.exp(posture.falling_rate(body) * left) - own.landing_capture - own.capture_speed * more
-    )
+    usual = own.landing_capture + own.capture_speed * more + own.lag_capture * lag_of(clock)
+    error = ahead * jnp.exp(posture.falling_rate(body) * left) - usual
     most = _ERROR_MOST * body.leg
     return jnp.clip(error, -most, most)
 
@@ -49,7 +64,7 @@ def hip(
     # The IMU sits on the torso; the hip below it is slower by the torso's turning.
     speed = jnp.maximum(estimate.speed - body.torso * estimate.pitch_rate, own.hip_speed_min)
     ankle_rate = speed / where.drop[stance]
-    off = estimate.pitch - own.pitch_offset - own.pitch_capture_gain * error
+    off = estimate.pitch - own.lag_pitch * lag_of(clock) - own.pitch_offset - own.pitch_capture_gain * error
     rate = jnp.clip(-ankle_rate * off / own.pitch_nominal, -own.hip_rate_max, own.hip_rate_max)
     return own.hip_damping * (rate - estimate.joint_rates[stance, 0])
 
@@ -64,7 +79,7 @@ def knee(config: GaitConfig, clock: StepClock, estimate: Estimate) -> Float[Arra
     return own.knee_stiffness * (rest - angle) - own.knee_damping * rate
 
 
-def push_off(config: GaitConfig, estimate: Estimate) -> Float[Array, ""]:
+def push_off(config: GaitConfig, estimate: Estimate, lag: Float[Array, ""]) -> Float[Array, ""]:
     """Plantarflexion torque of a whole push-off, N m, never negative: the more, the slower the walker.
 
     A push before the other foot lands costs a quarter of what the hip would need after it (Kuo 2002).
@@ -72,7 +87,7 @@ def push_off(config: GaitConfig, estimate: Estimate) -> Float[Array, ""]:
     own = config.compliant
     lost = own.push_off_share * config.speed_desired - estimate.speed
     usual = own.push_off_torque + own.push_off_speed * faster(config)
-    return jnp.maximum(usual + own.push_off_gain * lost, 0.0)
+    return jnp.maximum(usual + own.push_off_gain * lost + own.lag_push_off * lag, 0.0)
 
 
 def ankle(
@@ -99,7 +114,7 @@ def ankle(
     heel = (own.balance_sole - where.shank[stance] - angle) / _BALANCE_RAMP
     balance = -own.ankle_capture_gain * error * jnp.clip(jnp.where(error > 0, toes, heel), 0.0, 1.0)
     resting = spring + balance
-    pushed = resting + share * (-push_off(config, estimate) - resting)
+    pushed = resting + share * (-push_off(config, estimate, lag_of(clock)) - resting)
     return pushed - own.ankle_damping * rate + ankle_stop(config, angle)
 
 

@@ -27,7 +27,7 @@ def toe_off(config: GaitConfig, clock: StepClock, where: Posture, estimate: Esti
     """Whether the trailing leg still pushes: for a while, hard, behind the vertical, to its ankle's end."""
     own, swing = config.compliant, 1 - clock.stance
     early = clock.elapsed < _toe_off_seconds(config, clock, where)
-    strong = stance.push_off(config, estimate) > own.toe_off_least * own.push_off_torque
+    strong = stance.push_off(config, estimate, stance.lag_of(clock)) > own.toe_off_least * own.push_off_torque
     return early & strong & (where.thigh[swing] < 0) & (estimate.joints[swing, 2] > -own.push_off_ankle)
 
 
@@ -91,7 +91,8 @@ def torques(config: GaitConfig, clock: StepClock, where: Posture, estimate: Esti
         [
             jnp.where(limp, 0.0, along),
             jnp.where(landing & ~limp, straight, passing) + stop,
-            jnp.where(limp, -stance.push_off(config, estimate), held) + stance.ankle_stop(config, ankle),
+            jnp.where(limp, -stance.push_off(config, estimate, stance.lag_of(clock)), held)
+            + stance.ankle_stop(config, ankle),
         ]
     )
 

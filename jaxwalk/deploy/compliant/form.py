@@ -17,9 +17,9 @@ from jaxwalk.deploy.step_clock import Clock
 def start(who: Person, gravity: np.float32, posture: Posture, estimate: Estimate, stance: int) -> Clock:
     """The clock at the touch-down of ``stance``, its step the nominal one."""
     length, duration = np.float32(who.gait.length_nominal), np.float32(who.gait.duration_nominal)
-    push, seconds = standing.push_off(who, estimate), np.float32(who.gait.compliant.toe_off_seconds)
     zero = np.float32(0)
-    fresh = Clock(stance, zero, length, duration, push, seconds, zero, zero)
+    push, seconds = standing.push_off(who, estimate, zero), np.float32(who.gait.compliant.toe_off_seconds)
+    fresh = Clock(stance, zero, length, duration, push, seconds, zero, zero, zero)
     return _begun(fresh, estimate, 1 - stance)
 
 
@@ -61,7 +61,8 @@ def proceed(
         length, duration = step_plan.planned(who, gravity, posture, clock, estimate, error)
         clock = dataclasses.replace(clock, length=length, duration=duration)
     clock = swing.proceed(who, posture, clock, estimate, timestep)
-    return dataclasses.replace(clock, toe_off=standing.push_off(who, estimate)), landed
+    lag = standing.lagging(who, clock, estimate, timestep)
+    return dataclasses.replace(clock, lag=lag, toe_off=standing.push_off(who, estimate, lag)), landed
 
 
 def _begun(clock: Clock, estimate: Estimate, leg: int) -> Clock:

@@ -19,6 +19,14 @@ def faster(who: Person) -> np.float32:
     return np.float32(who.gait.speed_desired - who.gait.compliant.speed_usual)
 
 
+def lagging(who: Person, clock: Clock, estimate: Estimate, timestep: np.float32) -> np.float32:
+    """How far the walker has fallen behind the speed asked for of late, m, a tick on."""
+    own = who.gait.compliant
+    off = min(max(who.gait.speed_desired - estimate.speed, -own.lag_speed), own.lag_speed)
+    lag = clock.lag + timestep * (off - clock.lag / own.lag_seconds)
+    return np.float32(min(max(lag, -own.lag_most), own.lag_most))
+
+
 def capture_error(
     who: Person, gravity: np.float32, posture: Posture, clock: Clock, estimate: Estimate
 ) -> np.float32:
@@ -27,7 +35,8 @@ def capture_error(
     more = faster(who)
     left = max(own.landing_time + own.duration_speed * more - clock.elapsed, _ZERO)
     ahead = capture_point(who, gravity, estimate) - posture.x[clock.stance]
-    error = ahead * np.exp(np.sqrt(gravity / who.leg) * left) - own.landing_capture - own.capture_speed * more
+    usual = own.landing_capture + own.capture_speed * more + own.lag_capture * clock.lag
+    error = ahead * np.exp(np.sqrt(gravity / who.leg) * left) - usual
     most = _ERROR_MOST * who.leg
     return min(max(error, -most), most)
 
@@ -37,7 +46,7 @@ def hip(who: Person, posture: Posture, clock: Clock, estimate: Estimate, error: 
     own, stance = who.gait.compliant, clock.stance
     speed = max(estimate.speed - who.torso * estimate.pitch_rate, own.hip_speed_min)
     ankle_rate = speed / -posture.z[stance]
-    off = estimate.pitch - own.pitch_offset - own.pitch_capture_gain * error
+    off = estimate.pitch - own.lag_pitch * clock.lag - own.pitch_offset - own.pitch_capture_gain * error
     rate = min(max(-ankle_rate * off / own.pitch_nominal, -own.hip_rate_max), own.hip_rate_max)
     return own.hip_damping * (rate - estimate.joint_rates[stance, 0])
 
@@ -51,12 +60,12 @@ def knee(who: Person, clock: Clock, estimate: Estimate) -> np.float32:
     return own.knee_stiffness * (rest - angle) - own.knee_damping * rate
 
 
-def push_off(who: Person, estimate: Estimate) -> np.float32:
+def push_off(who: Person, estimate: Estimate, lag: np.float32) -> np.float32:
     """Plantarflexion torque of a whole push-off, N m, never negative."""
     own = who.gait.compliant
     lost = own.push_off_share * who.gait.speed_desired - estimate.speed
     usual = own.push_off_torque + own.push_off_speed * faster(who)
-    return max(usual + own.push_off_gain * lost, _ZERO)
+    return max(usual + own.push_off_gain * lost + own.lag_push_off * lag, _ZERO)
 
 
 def ankle(
@@ -79,7 +88,7 @@ def ankle(
     resting = (
         own.ankle_stiffness * min(own.ankle_slack - angle, _ZERO) - own.ankle_capture_gain * error * flat
     )
-    pushed = resting + share * (-push_off(who, estimate) - resting)
+    pushed = resting + share * (-push_off(who, estimate, clock.lag) - resting)
     return pushed - own.ankle_damping * rate + ankle_stop(who, angle)
 
 

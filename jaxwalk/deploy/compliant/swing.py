@@ -30,7 +30,7 @@ def toe_off(who: Person, posture: Posture, clock: Clock, estimate: Estimate) -> 
     """Whether the trailing leg still pushes."""
     own = who.gait.compliant
     early = clock.elapsed < _toe_off_seconds(who, posture, clock)
-    strong = stance.push_off(who, estimate) > own.toe_off_least * own.push_off_torque
+    strong = stance.push_off(who, estimate, clock.lag) > own.toe_off_least * own.push_off_torque
     return bool(
         early
         and strong
@@ -73,7 +73,7 @@ def torques(
     if toe_off(who, posture, clock, estimate):
         bent = own.swing_knee * own.toe_off_knee_share
         pulled = own.swing_knee_stiffness * (bent - knee) - own.swing_knee_damping * knee_rate
-        return np.float32(0), pulled + stop, -stance.push_off(who, estimate) + end
+        return np.float32(0), pulled + stop, -stance.push_off(who, estimate, clock.lag) + end
     along = own.swing_stiffness * (clock.path - hip) + own.swing_damping * (clock.path_rate - hip_rate)
     if clock.duration - clock.elapsed < own.landing_seconds:
         knees = own.landing_knee_stiffness * (own.landing_knee - knee) - own.landing_knee_damping * knee_rate

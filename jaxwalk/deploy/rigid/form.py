@@ -20,7 +20,7 @@ def start(who: Person, gravity: np.float32, posture: Posture, estimate: Estimate
     torque, seconds = controllers.toe_off(who, posture, estimate, 1 - stance)
     length, duration = np.float32(who.gait.length_nominal), np.float32(who.gait.duration_nominal)
     zero = np.float32(0)
-    return Clock(stance, zero, length, duration, torque, seconds, zero, zero)
+    return Clock(stance, zero, length, duration, torque, seconds, zero, zero, zero)
 
 
 def proceed(

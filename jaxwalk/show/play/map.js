@@ -7,9 +7,10 @@ const SETTLE = 3, WAIT = 4;       // s of walking before a push, and after it
 class PushMap {
   constructor(made, controller, page) {
     this.walker = new Walker(made, controller, page);
-    this.cells = null;
-    this.work = null;
+    this.forget();
   }
+
+  forget() { Object.assign(this, { cells: null, work: null, impulses: IMPULSES }); }
 
   begin(settings) {
     this.settings = { ...settings };
@@ -39,6 +40,9 @@ class PushMap {
   *measured() {
     const { walker } = this, { timestep, window: length } = walker.page;
     walker.start(this.settings);
+    // Of a heavier or taller body, as dynamic similarity has it, in whole 5 N s.
+    const scale = walker.number("walker.person.ratio.mass") * Math.sqrt(walker.size);
+    this.impulses = IMPULSES.map((impulse) => Math.round(impulse * scale / 5) * 5);
     let before = walker.whole("walker.gait.stance");
     while (!walker.done) {   // to the first landing after it has settled
       walker.window(); yield;
@@ -53,21 +57,23 @@ class PushMap {
     for (const row of order) for (let phase = 0; phase < PHASES; phase++) {
       walker.restore(landed);
       const begin = Math.max(walker.tick, begun + Math.round(phase / PHASES * ticks));
-      walker.push({ impulse: IMPULSES[row] }, begin);
+      walker.push({ impulse: this.impulses[row] }, begin);
       for (let k = Math.ceil((begin - walker.tick + WAIT / timestep) / length); k > 0 && !walker.done; k--) { walker.window(); yield; }
       this.cells[row][phase] = walker.walksOn;
     }
   }
 
 
+  /** The cell of a push, [row, column], if it has one. */
+  cell(phase, impulse) {
+    const all = this.impulses, row = all.reduce((best, x, i) => (Math.abs(x - impulse) < Math.abs(all[best] - impulse) ? i : best), 0);
+    const beyond = Math.abs(impulse) > Math.abs(all[row]) + Math.abs(all[0] - all[1]) / 2;
+    return phase === null || beyond ? null : [row, Math.round(phase * PHASES) % PHASES];
+  }
+
   /** What is known of a push, by the cell that is nearest. */
   at(phase, impulse) {
-    if (!this.cells) return undefined;
-    return this.cells[nearest(impulse)][Math.round(phase * PHASES) % PHASES];
+    const place = this.cells && this.cell(phase, impulse);
+    return place ? this.cells[place[0]][place[1]] : undefined;
   }
-}
-
-/** The row of the impulse that is nearest. */
-function nearest(impulse) {
-  return IMPULSES.reduce((best, x, i) => (Math.abs(x - impulse) < Math.abs(IMPULSES[best] - impulse) ? i : best), 0);
 }

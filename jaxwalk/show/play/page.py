@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import dataclasses
+import shlex
 from typing import Any
 
 import jax.numpy as jnp
@@ -26,7 +27,7 @@ from jaxwalk.task.stepper import Task
 
 _HOME = "jaxwalk.show.play"
 SCRIPTS = ("walker.js", "session.js", "map.js", "scene.js", "page.js")
-MOST = 300.0  # N s, beyond all that anybody survives
+MOST = 300.0  # N s that a push by hand may have
 RULES = ("replan", "constant")
 
 
@@ -69,10 +70,11 @@ def content(subject: Subject) -> dict[str, Any]:
     bones = kinematics.skeleton(person.reference_body(setup), jnp.float32(1))
     return {
         "version": __version__,
-        "policy": {"name": subject.name, "digest": subject.digest},
+        "policy": {"name": subject.name, "digest": subject.digest, "quoted": shlex.quote(subject.name)},
         "timestep": config.physics.timestep,
         "window": setup.window_ticks,
         "push": config.pushes.duration,
+        "gravity": GRAVITY,
         "most": MOST,
         "places": list(PLACES),
         "stature": REFERENCE_HEIGHT,

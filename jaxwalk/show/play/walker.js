@@ -1,6 +1,5 @@
 // The simulation: compiled walkers and their memory.
 const WORD = 4;                   // bytes of a number
-const NEVER = 2 ** 30;            // a tick that does not come
 
 /** The bytes of a text in base64. */
 function bytesOf(text) {
@@ -56,7 +55,7 @@ class Walker {
     for (const [name, value] of Object.entries(burdenOf(settings))) give(`burden.${name}`, value);
     this.view(Uint32Array, this.givenAt, made.given.seed)[0] = settings.seed;
     made.start(this.at, this.givenAt);
-    Object.assign(this, { fell: null, prints: [], steps: [], landed: 0 });
+    Object.assign(this, { fell: null, last: null, prints: [], steps: [], pushes: [], seen: [] });
     this.look();
   }
 
@@ -93,20 +92,23 @@ class Walker {
   get pose() { return this.floats("walker.plant.qpos"); }
   get speed() { return this.number("walker.sensors.last_velocity"); }
   get size() { return this.number("walker.person.ratio.length"); }
-  get pushed() { const begin = this.whole("walker.push.start"); return this.tick >= begin && this.tick <= begin + this.whole("walker.push.ticks"); }
+  get pushed() { const begin = this.whole("walker.push.start"); return this.tick >= begin && this.tick < begin + this.whole("walker.push.ticks"); }
 
   /** Whether it still goes somewhere: half the speed asked for in its last step at least. */
   get walksOn() {
     return !this.done && this.number("last.speed") >= 0.5 * this.number("walker.person.gait.speed_desired");
   }
 
-  /** Where in its step it is, 0 to 1 of its last one's time. */
-  get phase() { return Math.min(1, this.number("walker.gait.elapsed") / Math.max(0.1, this.number("last.seconds"))); }
+  /** Where in its step it is, from 0 up to 1, of a step as long as its last one; null where there is none to tell by. */
+  get phase() {
+    const share = this.number("walker.gait.elapsed") / this.number("last.seconds");
+    return share < 1 ? share : null;
+  }
 
   /** Where a foot would bring it to rest, m along the floor. */
   get capture() {
     const { leg, torso, share } = this.page.body, [x, , pitch] = this.pose;
-    return x + this.size * torso * share * Math.sin(pitch) + this.speed * Math.sqrt(this.size * leg / 9.81);
+    return x + this.size * torso * share * Math.sin(pitch) + this.speed * Math.sqrt(this.size * leg / this.page.gravity);
   }
 
   /** Why it is over, in words. */
@@ -115,7 +117,7 @@ class Walker {
     const [, height, pitch] = this.pose, own = (name) => this.number(`walker.person.gait.${name}`);
     if (Math.abs(pitch) > own("fall_pitch")) return `its torso tipped ${pitch > 0 ? "forward" : "back"}`;
     if (height < own("fall_height") * this.size * this.page.body.leg) return "its hip sank";
-    return "it stood on one leg for too long";
+    return "it took no step for too long";
   }
 
   /** All of its state, to come back to. */

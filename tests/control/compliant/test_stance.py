@@ -20,7 +20,8 @@ LEGS = CompliantConfig(
     push_off_angle=0.2, push_off_ramp=0.1, push_off_torque=100.0, push_off_gain=200.0, push_off_share=1.0,
     push_off_ankle=0.3, landing_time=0.6, landing_capture=0.4, balance_ankle=0.5, balance_sole=0.2,
     ankle_stop=200.0, ankle_end=0.8, length_speed=0.0, duration_speed=0.2, capture_speed=0.1,
-    push_off_speed=0.0,
+    push_off_speed=0.0, lag_seconds=2.0, lag_speed=0.4, lag_most=0.5, lag_push_off=60.0, lag_pitch=0.2,
+    lag_capture=0.3,
 )  # fmt: skip
 NUMBERS = GaitConfig(compliant=LEGS, speed_desired=1.0)
 BODY = Skeleton(
@@ -33,10 +34,10 @@ def f(value):
     return jnp.float32(value)
 
 
-def clock(elapsed=0.1, stance=0, length=0.6, duration=0.6):
+def clock(elapsed=0.1, stance=0, length=0.6, duration=0.6, lag=0.0):
     return StepClock(
         stance=jnp.int32(stance), elapsed=f(elapsed), length=f(length), duration=f(duration), toe_off=f(0),
-        toe_off_seconds=f(0.1), path=Path(f(0), f(0)),
+        toe_off_seconds=f(0.1), path=Path(f(0), f(0)), lag=f(lag),
     )  # fmt: skip
 
 
@@ -177,7 +178,7 @@ def test_who_is_asked_for_more_has_another_landing_and_push():
     """0.5 m/s more: the landing 0.1 s later, the capture point 0.05 m further ahead; 30 N m s/m of push."""
     legs = dataclasses.replace(LEGS, push_off_speed=30.0)
     quick = dataclasses.replace(NUMBERS, speed_desired=1.5, compliant=legs)
-    assert stance.push_off(quick, estimate(1.5)) == pytest.approx(115.0)
+    assert stance.push_off(quick, estimate(1.5), f(0)) == pytest.approx(115.0)
     seen = estimate(1.0)
     ahead = float(where(seen).capture - where(seen).ankle[0])
     error = stance.capture_error(quick, BODY, clock(0.2), where(seen))
@@ -186,5 +187,33 @@ def test_who_is_asked_for_more_has_another_landing_and_push():
 
 def test_a_slower_walker_pushes_more_and_a_fast_one_not_at_all():
     quick = dataclasses.replace(NUMBERS, speed_desired=1.5)
-    assert stance.push_off(quick, estimate(1.0)) == pytest.approx(200.0)
-    assert stance.push_off(NUMBERS, estimate(1.6)) == 0.0
+    assert stance.push_off(quick, estimate(1.0), f(0)) == pytest.approx(200.0)
+    assert stance.push_off(NUMBERS, estimate(1.6), f(0)) == 0.0
+
+
+@pytest.mark.parametrize(
+    "speed, lag, after",
+    [
+        (1.0, 0.0, 0.0),
+        (0.7, 0.0, 0.002 * 0.3),
+        (0.2, 0.0, 0.002 * 0.4),  # more is not counted
+        (2.0, 0.2, 0.2 - 0.002 * (0.4 + 0.1)),  # and it is forgotten in two seconds
+        (0.5, 0.5, 0.5),
+        (1.5, -0.5, -0.5),
+    ],
+)
+def test_lag_is_the_error_of_the_speed_integrated_with_a_leak(speed, lag, after):
+    found = stance.lagging(NUMBERS, clock(lag=lag), estimate(speed), 0.002)
+    assert found == pytest.approx(after, abs=1e-6)
+
+
+def test_who_lags_pushes_more_leans_forward_and_lands_for_it():
+    """0.1 m: 6 N m more push, 0.02 rad more lean, the capture point 0.03 m further ahead."""
+    seen = estimate()
+    assert stance.push_off(NUMBERS, seen, f(0.1)) == pytest.approx(106.0)
+    usual = stance.capture_error(NUMBERS, BODY, clock(), where(seen))
+    lagging = stance.capture_error(NUMBERS, BODY, clock(lag=0.1), where(seen))
+    assert float(lagging) == pytest.approx(float(usual) - 0.03, abs=1e-5)
+    leaning = estimate(pitch=0.04)
+    torque = stance.hip(NUMBERS, BODY, clock(lag=0.1), where(leaning), leaning, f(0))
+    assert torque == pytest.approx(0.0, abs=1e-3)

@@ -47,7 +47,7 @@ def planned(elapsed=0.3, ahead=None, at=0.2, swing=-0.3, pitch=0.0, leg=0, numbe
     )  # fmt: skip
     clock = StepClock(
         stance=jnp.int32(leg), elapsed=f(time * elapsed), length=f(0), duration=f(0), toe_off=f(0),
-        toe_off_seconds=f(0),
+        toe_off_seconds=f(0), lag=f(0),
     )  # fmt: skip
     estimate = Estimate(
         speed=f(1), acceleration=f(0), pitch=f(pitch), pitch_rate=f(0), joints=jnp.zeros((2, 3)),

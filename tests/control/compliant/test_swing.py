@@ -38,7 +38,7 @@ def f(value):
 def clock(elapsed=0.3, length=0.6, duration=0.6, angle=0.0, rate=0.0):
     return StepClock(
         stance=jnp.int32(0), elapsed=f(elapsed), length=f(length), duration=f(duration), toe_off=f(0),
-        toe_off_seconds=f(0.1), path=Path(f(angle), f(rate)),
+        toe_off_seconds=f(0.1), path=Path(f(angle), f(rate)), lag=f(0),
     )  # fmt: skip
 
 

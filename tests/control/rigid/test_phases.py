@@ -127,16 +127,17 @@ LEGS = {
                                "landing_knee_damping swing_ankle_damping back_knee_damping"),
     "rate": (0.5, "hip_rate_max swing_rate_max"),
     "rate^2": (0.25, "swing_acceleration_most"),
-    "speed": (2, "hip_speed_min speed_usual"),
+    "speed": (2, "hip_speed_min speed_usual lag_speed"),
     "torque": (40, "knee_stiffness ankle_stiffness push_off_torque swing_stiffness swing_knee_stiffness "
                    "landing_knee_stiffness swing_ankle_stiffness knee_stop back_knee_stiffness ankle_stop"),
     "time": (2, "length_speed capture_speed "
-                "knee_seconds toe_off_seconds landing_seconds landing_time passing_seconds swing_soonest"),
-    "length": (4, "landing_capture landing_behind back_ahead"),
+                "knee_seconds toe_off_seconds landing_seconds landing_time passing_seconds swing_soonest "
+                "lag_seconds"),
+    "length": (4, "landing_capture landing_behind back_ahead lag_most"),
     "force": (10, "back_force"),
     "torque for each m/s": (20, "push_off_gain push_off_speed"),
-    "torque for each m": (10, "ankle_capture_gain"),
-    "angle for each m": (0.25, "pitch_capture_gain"),
+    "torque for each m": (10, "ankle_capture_gain lag_push_off"),
+    "angle for each m": (0.25, "pitch_capture_gain lag_pitch"),
 }  # fmt: skip
 PLAN = {
     "length": (4, "change_length length_least back_margin back_reach back_least pitch_gain"),
