@@ -11,13 +11,12 @@ import functools
 import importlib
 import io
 import operator
-import os
 import shlex
 import sys
 from collections.abc import Sequence
 
 from jaxwalk import __version__
-from jaxwalk.common import runtime
+from jaxwalk.common import output, runtime
 from jaxwalk.common.errors import UserError
 
 COMMANDS = {
@@ -74,33 +73,26 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     argv = sys.argv[1:] if argv is None else list(argv)
     try:
-        try:
+        with output.told():
             code = _dispatch(argv)
-        except UserError as error:
-            print(f"jaxwalk: error: {error}", file=sys.stderr)
-            code = 2
-        except KeyboardInterrupt:
-            print("jaxwalk: interrupted", file=sys.stderr)
-            code = 130
-        if sys.stdout is not None:
-            sys.stdout.flush()  # here, where a closed pipe can be told from an error
-        return code
+    except UserError as error:
+        code = _end(2, f"error: {error}")
+    except KeyboardInterrupt:
+        code = _end(130, "interrupted")
     except BrokenPipeError:
-        _forget_output()
-        return 141  # as a shell tells of who is ended by SIGPIPE
+        code = 141  # as a shell tells of who is ended by SIGPIPE
+    output.forget()
+    return code
 
 
-def _forget_output() -> None:
-    """The interpreter tries once more at its end: let it write what a closed pipe did not take to nowhere."""
-    for stream in (sys.stdout, sys.stderr):
-        if stream is None:
-            continue
-        try:
-            stream.flush()
-        except BrokenPipeError:
-            nowhere = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(nowhere, stream.fileno())
-            os.close(nowhere)
+def _end(code: int, said: str) -> int:
+    try:
+        print(f"jaxwalk: {said}", file=sys.stderr, flush=True)
+    except BrokenPipeError:
+        return 141
+    except OSError:  # it goes to a full disk
+        pass
+    return code
 
 
 def _dispatch(argv: list[str]) -> int:

@@ -4,10 +4,12 @@ import os
 import pty
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from jaxwalk import cli
+from jaxwalk.measure.bench.options import BenchArgs
 
 BAD = [
     ([], ["no command", "train"]),
@@ -127,6 +129,26 @@ def test_ctrl_c_is_one_line_and_130(jaxwalk_cli, monkeypatch):
 
     monkeypatch.setattr(sys.modules["jaxwalk.measure.bench.command"], "main", interrupted)
     assert jaxwalk_cli("bench") == (130, "", "jaxwalk: interrupted\n")
+
+
+@pytest.mark.parametrize("argv", [["--help"], ["train", "--help"], ["trian"]])
+def test_a_full_disk_behind_the_output_is_one_line(argv):
+    """And behind standard error: nothing to read, but no other code."""
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "jaxwalk", *argv],
+            stdout=full, stderr=full if argv == ["trian"] else subprocess.PIPE, check=False,
+        )  # fmt: skip
+    assert done.returncode == 2
+    if done.stderr is not None:
+        assert done.stderr.startswith(b"jaxwalk: error: cannot write standard output: No space left")
+        assert done.stderr.count(b"\n") == 1
+
+
+def test_the_picture_of_batches_does_not_replace_their_numbers(jaxwalk_cli, called, tmp_path):
+    code, _, error = jaxwalk_cli("bench", "--batches", "2,4", "--json", tmp_path / "b.png")
+    assert (code, called) == (2, []) and "give one with .json" in error
+    assert BenchArgs(batches=(2.0,), json=Path(os.devnull)).picture() is None
 
 
 @pytest.mark.parametrize("terminal", [True, False])

@@ -22,7 +22,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from jaxwalk.common import runtime, untrusted
+from jaxwalk.common import files, runtime, untrusted
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.files import to_json, write_json
 from jaxwalk.config import Config, of_dict, to_dict, validate
@@ -186,11 +186,8 @@ def check_free(path: Path) -> None:
       UserError: it holds a run already, or cannot be made or written.
     """
     check_none("--run-dir", path)
-    nearest = next(p for p in (path, *path.absolute().parents) if os.path.lexists(p))
-    if not os.path.isdir(nearest):
-        raise UserError(_unwritable(path, f"{nearest} is not a folder"))
-    if not os.access(nearest, os.W_OK | os.X_OK):
-        raise UserError(_unwritable(path, f"{nearest} is closed to us"))
+    if problem := files.unusable(path):
+        raise UserError(_unwritable(path, problem))
 
 
 def check_none(option: str, path: Path) -> None:

@@ -43,8 +43,10 @@ class BenchArgs:
             checks.policy(self.deploy)
         if self.json is not None:
             files.check_output("--json", self.json)
-            if self.batches:
-                files.check_output("--json", self.picture(self.json))
+            if (beside := self.picture()) is not None:
+                if beside == self.json:
+                    raise UserError(f"--json {self.json}: the picture gets that name; give one with .json")
+                files.check_output("--json", beside)
 
     def _check_batches(self) -> None:
         if self.deploy is not None and (self.stages or self.batches):
@@ -66,10 +68,11 @@ class BenchArgs:
         """Walkers of each batch."""
         return tuple(map(int, self.batches)) or (self.walkers,)
 
-    @staticmethod
-    def picture(json: Path) -> Path:
-        """The picture beside ``json``."""
-        return json.with_suffix(".png")
+    def picture(self) -> Path | None:
+        """The picture of batches beside ``json``, if that is a file that something can lie beside."""
+        if not self.batches or self.json is None or files.is_stream(self.json):
+            return None
+        return self.json.with_suffix(".png")
 
 
 read = reader(BenchArgs, "bench")

@@ -127,7 +127,7 @@ def main(args: RenderArgs) -> None:
         with tempfile.TemporaryDirectory(dir=args.out.parent, prefix=".jaxwalk.") as folder:
             whole = Path(folder) / args.out.name
             draw(whole, walk, partial(Stage, model, subject.config.body.height), args)
-            os.replace(whole, args.out)
+            files.replace(args.out, whole.read_bytes())
     except OSError as error:
         raise UserError(f"cannot write {args.out}: {error.strerror or error}") from error
     fell = "" if walk.fell is None else f"; fell at {walk.fell:.1f} s"
