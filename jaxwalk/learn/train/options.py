@@ -14,12 +14,12 @@ from jaxwalk.config import Config, validate
 from jaxwalk.config.presets import PRESETS, PresetName, of_machine
 from jaxwalk.learn.runs import run_folder, seeds_folder
 from jaxwalk.options import checks, shared
-from jaxwalk.options.parse import OptionalFile, checked, parse_known
+from jaxwalk.options.parse import OptionalFile, OptionalPreset, checked, parse_known
 
 
 @dataclass(frozen=True)
 class _Origin:
-    preset: PresetName | None = None
+    preset: OptionalPreset = None
     resume: OptionalFile = None
 
 
