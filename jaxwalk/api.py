@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from jaxwalk import deploy
+from jaxwalk.common import runtime
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Actuators, BodyModel, Config, Engine, of_dict, to_dict, validate
 from jaxwalk.config.presets import PRESETS
@@ -43,6 +44,7 @@ def preset(name: str = "default") -> Config:
     return PRESETS[name]
 
 
+@runtime.as_ours()
 def train(config: Config, run_dir: AnyPath | None = None, *, seed: int = 0, seeds: int = 1) -> Path:
     """Train a policy into a run folder, and return the folder.
 
@@ -68,6 +70,7 @@ def train(config: Config, run_dir: AnyPath | None = None, *, seed: int = 0, seed
     return _run.run(config, folder, seed, typed)
 
 
+@runtime.as_ours()
 def resume(run_dir: AnyPath) -> Path:
     """Go on with a training that was stopped, bit for bit, and return its folder.
 
@@ -77,6 +80,7 @@ def resume(run_dir: AnyPath) -> Path:
     return _train.resume(Path(run_dir))
 
 
+@runtime.as_ours()
 def load_policy(
     name: AnyPath = "shipped",
     *,
@@ -111,6 +115,7 @@ def load_policy(
     return named.load(fspath(name), speed=speed, model=model, actuators=actuators, **changes)
 
 
+@runtime.as_ours()
 def evaluate(policy: Subject | AnyPath = "shipped", test: PushTest | None = None) -> dict[str, Any]:
     """Does it walk, which pushes does it survive, how soon is it steady again.
 
@@ -131,6 +136,7 @@ def evaluate(policy: Subject | AnyPath = "shipped", test: PushTest | None = None
     return evaluation.evaluate(_subject(policy), test)
 
 
+@runtime.as_ours()
 def push_map(
     policy: Subject | AnyPath,
     out: AnyPath,
@@ -175,6 +181,7 @@ def push_map(
     return _map.push_map(subject, _map.grid_of(args, subject), args.out, engine)
 
 
+@runtime.as_ours()
 def export_policy(
     policy: Subject | AnyPath, out: AnyPath, *, formats: tuple[str, ...] = ("safetensors",)
 ) -> dict[str, Path]:

@@ -16,7 +16,7 @@ import sys
 from collections.abc import Sequence
 
 from jaxwalk import __version__
-from jaxwalk.common import output, runtime
+from jaxwalk.common import environment, output, runtime
 from jaxwalk.common.errors import UserError
 
 COMMANDS = {
@@ -127,6 +127,8 @@ def _run(name: str, argv: list[str]) -> None:
     home = f"jaxwalk.{COMMANDS[name][0]}"
     args = importlib.import_module(f"{home}.options").read(argv)
     runtime.setup()
+    if not getattr(args, "distributed", False):  # such have to find each other first
+        environment.start_devices()
     main = importlib.import_module(f"{home}.command").main
     if name in _RECORDED:
         main(args, shlex.join(["jaxwalk", name, *argv]))

@@ -9,10 +9,12 @@ import os
 import platform
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from jaxwalk import __version__
+from jaxwalk.common import compile_cache, environment
 
 _CGROUP = Path("/sys/fs/cgroup/cpu.max")
 _REPORTED = ("jax", "jaxlib", "mujoco", "mujoco-mjx", "brax", "flax", "optax", "numpy")
@@ -22,21 +24,30 @@ def setup(begun: bool = False) -> None:
     """Use all cores, remember compiled programs, keep quiet. To be called before JAX computes.
 
     Args:
-      begun: JAX may compute already; the number of its devices is then left as it is.
+      begun: the process is not a command's: JAX may compute already, and what its owner has set stands;
+        `as_ours` is for what results rest on.
 
-    What the user has chosen through JAX's own environment variables or ``XLA_FLAGS`` stands.
+    What the user has chosen through JAX's own environment variables or ``XLA_FLAGS`` stands, but for what
+    results rest on (`environment.NUMBERS`).
 
     Raises:
+      UserError: the environment holds what JAX or MuJoCo does not start with.
       RuntimeError: JAX already computes with another number of CPU devices.
     """
-    import jax
+    if not begun:
+        environment.settle()
+    with environment.told("JAX"):
+        import jax
 
+    kept = compile_cache.folder()
     settings = {
-        "jax_compilation_cache_dir": str(_cache_folder()),
         # JAX skips programs that compile within a second; a test suite has hundreds of those.
         "jax_persistent_cache_min_compile_time_secs": 0.0,
         "jax_persistent_cache_min_entry_size_bytes": -1,
     }
+    if kept:
+        settings["jax_compilation_cache_dir"] = kept
+        compile_cache.guard(kept)
     # XLA runs an MJX program on one core per device: several devices are how all cores are used.
     if "xla_force_host_platform_device_count" not in os.environ.get("XLA_FLAGS", ""):
         settings["jax_num_cpu_devices"] = _cores()
@@ -44,7 +55,29 @@ def setup(begun: bool = False) -> None:
         if name.upper() not in os.environ:
             with contextlib.suppress(RuntimeError) if begun else contextlib.nullcontext():
                 jax.config.update(name, value)
-    _import_mjx_quietly()
+    if not begun:
+        for name, value in environment.NUMBERS.items():
+            jax.config.update(name, value)
+    with environment.told("MuJoCo"):
+        _import_mjx_quietly()
+
+
+@contextlib.contextmanager
+def in_float32() -> Iterator[None]:
+    """Within it, in this thread, JAX computes in commands' types, whatever the process has set."""
+    import jax
+
+    with jax.enable_x64(False), jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
+        yield
+
+
+@contextlib.contextmanager
+def as_ours() -> Iterator[None]:
+    """As `in_float32`, and with the random numbers that commands have."""
+    import jax
+
+    with in_float32(), jax.default_prng_impl("threefry2x32"), jax.threefry_partitionable(True):
+        yield
 
 
 def has_accelerator() -> bool:
@@ -118,11 +151,6 @@ def _cpu_model() -> str:
             if line.startswith("model name"):
                 return line.partition(":")[2].strip()
     return platform.processor() or platform.machine()
-
-
-def _cache_folder() -> Path:
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "jaxwalk"
 
 
 def _import_mjx_quietly() -> None:

@@ -16,6 +16,7 @@ from brax import envs
 from brax.envs.base import Env, State
 from jaxtyping import Array, Float, PRNGKeyArray
 
+from jaxwalk.common import runtime
 from jaxwalk.config import Config, validate
 from jaxwalk.control.person import model_of
 from jaxwalk.task import backend, footstep, spawn, stepper
@@ -67,6 +68,7 @@ class FootstepEnv(Env):
         """What moves the body, as Brax asks of its environments."""
         return "mjx"
 
+    @runtime.in_float32()
     def reset(self, rng: Array) -> State:
         """A new walker as training meets them, whose front foot has just landed.
 
@@ -87,13 +89,14 @@ class FootstepEnv(Env):
             info=dict(rng=key, truncation=zero, final_observation=fresh.observation),
         )
 
+    @runtime.in_float32()
     def step(self, state: State, action: Float[Array, "2"]) -> State:
         """Take one footstep, or as much of it as one decision is for (``config.task.replan``). A walker that
         is done stays so and earns 0."""
         key, renew_key = jax.random.split(state.info["rng"])
         before = self._renew(cast(Stepper, state.pipeline_state), renew_key)
         over = before.done
-        after = self._walk(stepper.decide(before, action))
+        after = self._walk(stepper.decide(before, jnp.asarray(action, jnp.float32)))
         last = after.last
         # What is not finite closes no footstep: it costs a fall, and the last sound observation stands.
         reward = jnp.where(last.closed, last.transition.reward, self._task.reward.fall)
