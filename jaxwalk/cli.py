@@ -16,7 +16,7 @@ import sys
 from collections.abc import Sequence
 
 from jaxwalk import __version__
-from jaxwalk.common import environment, output, runtime
+from jaxwalk.common import environment, interrupt, output, runtime
 from jaxwalk.common.errors import UserError
 
 COMMANDS = {
@@ -68,13 +68,15 @@ def main(argv: Sequence[str] | None = None) -> int:
       argv: the arguments after the program's name; the process's own by default.
 
     Returns:
-      Exit code: 0 done, 2 bad input (one line on standard error says what), 130 interrupted, 141 nobody
-      reads the output any more.
+      Exit code: 0 done, 2 bad input (one line on standard error says what), 130 interrupted, 129 or 143 a
+      training that SIGHUP or SIGTERM ended, 141 nobody reads the output any more.
     """
     argv = sys.argv[1:] if argv is None else list(argv)
+    interrupt.exit_code(begun=True)
     try:
         with output.told():
-            code = _dispatch(argv)
+            _dispatch(argv)
+        code = interrupt.exit_code()
     except UserError as error:
         code = _end(2, f"error: {error}")
     except KeyboardInterrupt:
@@ -95,20 +97,20 @@ def _end(code: int, said: str) -> int:
     return code
 
 
-def _dispatch(argv: list[str]) -> int:
+def _dispatch(argv: list[str]) -> None:
     known = ", ".join(COMMANDS)
     if not argv:
         raise UserError(f"no command: give one of {known}, or --help")
     name, *rest = argv
     if name in ("-h", "--help"):
         print(_help())
-        return 0
+        return
     if name == "--version":
         print(f"jaxwalk {__version__}")
-        return 0
+        return
     if name == "completion":
         print(_completion(*rest))
-        return 0
+        return
     if name not in COMMANDS:
         close = difflib.get_close_matches(name, COMMANDS, n=1)
         meant = f" (did you mean {close[0]}?)" if close else ""
@@ -120,7 +122,6 @@ def _dispatch(argv: list[str]) -> int:
             raise finished.__context__ from None
         if finished.code:
             raise
-    return 0
 
 
 def _run(name: str, argv: list[str]) -> None:
@@ -130,6 +131,7 @@ def _run(name: str, argv: list[str]) -> None:
     if not getattr(args, "distributed", False):  # such have to find each other first
         environment.start_devices()
     main = importlib.import_module(f"{home}.command").main
+    interrupt.listen()
     if name in _RECORDED:
         main(args, shlex.join(["jaxwalk", name, *argv]))
     else:

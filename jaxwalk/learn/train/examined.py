@@ -10,6 +10,7 @@ from typing import Any
 
 from jax.sharding import Mesh
 
+from jaxwalk.common.interrupt import Stop
 from jaxwalk.config import Config
 from jaxwalk.learn.policies import policy
 from jaxwalk.learn.policies.policy import Policy
@@ -18,7 +19,6 @@ from jaxwalk.learn.runs.progress import Progress
 from jaxwalk.learn.runs.run_folder import RunFolder
 from jaxwalk.learn.train.evaluation import Exam, Marks
 from jaxwalk.learn.train.finals import Finals
-from jaxwalk.learn.train.interrupt import Stop
 
 
 class Examined:
