@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from jaxwalk.common import files
+from jaxwalk.common.errors import UserError
 
 
 def new_figure(width: float, height: float) -> Figure:
@@ -25,6 +29,26 @@ def write_png(figure: Figure, path: Path) -> None:
       UserError: it cannot be written.
     """
     files.write_bytes(path, png(figure))
+
+
+@contextlib.contextmanager
+def spare(say: Callable[[str], None]) -> Iterator[None]:
+    """Within it a picture is drawn under our own settings, and what fails of it ends no run.
+
+    Args:
+      say: is told of what failed.
+
+    Raises:
+      UserError: it cannot be written.
+    """
+    try:
+        with matplotlib.rc_context():
+            matplotlib.rcdefaults()  # a program that calls us may have others
+            yield
+    except UserError:
+        raise
+    except Exception as error:  # fonts, styles, memory
+        say(f"a picture could not be drawn: {' '.join(str(error).split())[:200]}")
 
 
 def png(figure: Figure) -> bytes:

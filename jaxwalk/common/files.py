@@ -96,11 +96,11 @@ def is_stream(path: Path) -> bool:
 
 
 def to_csv(lines: Sequence[Mapping[str, Any]]) -> bytes:
-    """A table with a head, from lines of the same names."""
+    """A table with a head, from lines of the same names. No text of a user's is a spreadsheet's formula."""
     text = io.StringIO()
     writer = csv.DictWriter(text, fieldnames=list(lines[0]), lineterminator="\n")
     writer.writeheader()
-    writer.writerows(lines)
+    writer.writerows({name: _inert(value) for name, value in line.items()} for line in lines)
     return text.getvalue().encode()
 
 
@@ -167,6 +167,10 @@ def make_folder(option: str, path: Path) -> None:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UserError(f"{option} {path}: {error.strerror}; name a folder that can be written") from error
+
+
+def _inert(value: Any) -> Any:
+    return f"'{value}" if isinstance(value, str) and value.startswith(("=", "+", "-", "@")) else value
 
 
 def _umask() -> int:

@@ -85,3 +85,10 @@ def test_a_folder_that_takes_no_file_is_refused_at_once():
 def test_a_folder_is_looked_at_without_a_trace(tmp_path):
     files.check_folder("--out", tmp_path / "new" / "results")
     assert os.listdir(tmp_path) == []
+
+
+def test_a_table_holds_no_formula_of_a_user_s():
+    lines = [{"policy": name, "impulse": -40.0} for name in ("=1+1", "@x", "-a", "runs/=1")]
+    assert files.to_csv(lines).decode().splitlines() == [
+        "policy,impulse", "'=1+1,-40.0", "'@x,-40.0", "'-a,-40.0", "runs/=1,-40.0",
+    ]  # fmt: skip

@@ -12,6 +12,7 @@ import jax
 import numpy as np
 from jax.sharding import Mesh
 
+from jaxwalk.common import figures
 from jaxwalk.common.errors import Agreed
 from jaxwalk.common.interrupt import Stop
 from jaxwalk.common.parallel import collectives, devices
@@ -324,7 +325,8 @@ class Training:
 
     def _draw(self) -> None:
         if self.folder.writes:
-            picture.training_png(self.rows, self.folder.picture)
+            with figures.spare(self.progress.note):
+                picture.training_png(self.rows, self.folder.picture)
         self.drawn = time.perf_counter()
 
     def _settle(self, marks: Sequence[Marks]) -> list[dict[str, Any]]:

@@ -27,8 +27,8 @@ def run(config: Config, run_dir: Path | None, seed: int, command: str) -> Path:
     """Search, and return the run folder.
 
     What a candidate is judged by is what `jaxwalk.learn.ddpg` learns from: the reward of training's own
-    walkers under training's own pushes, undiscounted. Ctrl-C (or SIGTERM, SIGHUP) ends after the generation under way
-    and keeps the best policy so far.
+    walkers under training's own pushes, undiscounted. Ctrl-C (or SIGTERM, SIGHUP) ends after the generation
+    under way and keeps the best policy so far.
 
     Raises:
       UserError: a configuration that cannot be run, or a folder that cannot be used.
