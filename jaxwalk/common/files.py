@@ -95,6 +95,25 @@ def is_stream(path: Path) -> bool:
     return False
 
 
+def drop_stump(log: Path) -> None:
+    """Cut off what is no whole line at the end of ``log``: who appends would glue the next record to it.
+
+    Raises:
+      OSError: it cannot be written.
+    """
+    with open(log, "rb+") as file:
+        end = file.seek(0, os.SEEK_END)
+        while end > 0:
+            start = max(0, end - 2**16)
+            file.seek(start)
+            if found := file.read(end - start).rfind(b"\n") + 1:
+                end = start + found
+                break
+            end = start
+        if end < file.seek(0, os.SEEK_END):
+            file.truncate(end)
+
+
 def to_csv(lines: Sequence[Mapping[str, Any]]) -> bytes:
     """A table with a head, from lines of the same names. No text of a user's is a spreadsheet's formula."""
     text = io.StringIO()

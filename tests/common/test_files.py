@@ -87,6 +87,20 @@ def test_a_folder_is_looked_at_without_a_trace(tmp_path):
     assert os.listdir(tmp_path) == []
 
 
+@pytest.mark.parametrize(
+    ("held", "left"),
+    [
+        (b"", b""), (b"a\nb\n", b"a\nb\n"), (b"a\nb", b"a\n"), (b"stump", b""),
+        (b"a\n" + b"x" * 200_000, b"a\n"), (b"x" * 2**16 + b"\n", b"x" * 2**16 + b"\n"),
+    ],
+)  # fmt: skip
+def test_a_line_that_was_cut_short_is_dropped(tmp_path, held, left):
+    log = tmp_path / "log"
+    log.write_bytes(held)
+    files.drop_stump(log)
+    assert log.read_bytes() == left
+
+
 def test_a_table_holds_no_formula_of_a_user_s():
     lines = [{"policy": name, "impulse": -40.0} for name in ("=1+1", "@x", "-a", "runs/=1")]
     assert files.to_csv(lines).decode().splitlines() == [
