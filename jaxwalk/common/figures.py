@@ -10,6 +10,7 @@ from pathlib import Path
 import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
@@ -53,6 +54,10 @@ def spare(say: Callable[[str], None]) -> Iterator[None]:
 
 def png(figure: Figure) -> bytes:
     """The picture as a PNG file's content."""
+    for text in figure.findobj(Text):
+        # A user's name is no formula, whatever dollars are in it; matplotlib's own tick labels are.
+        if isinstance(text, Text) and (said := text.get_text()) and "\\math" not in said:
+            text.set_parse_math(False)
     content = io.BytesIO()
     figure.savefig(content, dpi=110, format="png")
     return content.getvalue()

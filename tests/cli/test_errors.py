@@ -129,6 +129,14 @@ def test_an_export_does_not_replace_a_run_s_policy(jaxwalk_cli, tmp_path):
     assert (tmp_path / "policy.safetensors").read_bytes() == b"precious"
 
 
+def test_an_export_replaces_an_earlier_one(jaxwalk_cli, tmp_path):
+    for _ in range(2):
+        code, _, error = jaxwalk_cli("export", "shipped", "--out", tmp_path / "[/x]*?")
+        assert (code, error) == (0, "")
+    (tmp_path / "[/x]*?" / "config.json").write_text("{}")  # a run that somebody exported into
+    assert jaxwalk_cli("export", "shipped", "--out", tmp_path / "[/x]*?")[0] == 2
+
+
 def test_ctrl_c_is_one_line_and_130(jaxwalk_cli, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt

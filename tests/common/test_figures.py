@@ -18,6 +18,16 @@ def test_a_picture_is_drawn_whatever_the_program_has_set(tmp_path):
     assert said == [] and (tmp_path / "a.png").stat().st_size > 0
 
 
+def test_a_name_is_no_formula(tmp_path):
+    """Nor are ticks' own formulas names."""
+    figure = figures.new_figure(3.0, 3.0)
+    axes = figure.subplots()
+    axes.set_title(r"run_$\nonsense{$")
+    axes.loglog([1, 1e4], [1, 1e4])
+    figures.write_png(figure, tmp_path / "a.png")
+    assert axes.get_xticklabels()[2].get_parse_math()
+
+
 def test_what_fails_of_it_is_told_but_for_a_full_disk(tmp_path):
     said = []
     with figures.spare(said.append):

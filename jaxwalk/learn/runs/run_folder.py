@@ -17,7 +17,7 @@ import fcntl
 import hashlib
 import itertools
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -209,13 +209,16 @@ def check_free(path: Path) -> None:
         raise UserError(_unwritable(path, problem))
 
 
-def check_none(option: str, path: Path) -> None:
+def check_none(option: str, path: Path, but: Collection[str] = ()) -> None:
     """See that nothing of a run would be overwritten in ``path``.
+
+    Args:
+      but: names that are no sign of one.
 
     Raises:
       UserError: it holds a run.
     """
-    held = [name for name in _OURS if os.path.lexists(path / name)]
+    held = [name for name in _OURS if name not in but and os.path.lexists(path / name)]
     if held:
         raise UserError(f"{path} already holds a run ({held[0]}): give {option} another folder")
 
