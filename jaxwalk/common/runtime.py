@@ -7,6 +7,7 @@ import importlib
 import io
 import os
 import platform
+import resource
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -16,7 +17,12 @@ from typing import Any
 from jaxwalk import __version__
 from jaxwalk.common import compile_cache, environment
 
-_CGROUP = Path("/sys/fs/cgroup/cpu.max")
+_CGROUPS = Path("/sys/fs/cgroup")
+_CGROUP = _CGROUPS / "cpu.max"
+_MEMORY = (  # of version 2 and 1
+    ("memory.max", "memory.current"),
+    ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"),
+)
 _REPORTED = ("jax", "jaxlib", "mujoco", "mujoco-mjx", "brax", "flax", "optax", "numpy")
 
 
@@ -129,6 +135,22 @@ def versions() -> dict[str, dict[str, str]]:
             **{name: metadata.version(name) for name in _REPORTED},
         }
     }
+
+
+def memory_left() -> int:
+    """Bytes that this process can still take: of the machine, of its container, of its own limit."""
+    left = [sys.maxsize]
+    with contextlib.suppress(OSError, ValueError, StopIteration):
+        lines = Path("/proc/meminfo").read_text().splitlines()
+        left.append(1024 * int(next(line for line in lines if line.startswith("MemAvailable:")).split()[1]))
+    most, _ = resource.getrlimit(resource.RLIMIT_AS)
+    with contextlib.suppress(OSError, ValueError):
+        taken = int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+        left += [max(0, most - taken)] if most != resource.RLIM_INFINITY else []
+    for limit, use in _MEMORY:
+        with contextlib.suppress(OSError, ValueError):  # "max" is no number
+            left.append(max(0, int((_CGROUPS / limit).read_text()) - int((_CGROUPS / use).read_text())))
+    return min(left)
 
 
 def _cores() -> int:

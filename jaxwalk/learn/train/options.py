@@ -61,6 +61,7 @@ class TrainArgs:
         checks.between("--seeds", self.seeds, 1, 1024, ", each a training of its own")
         checks.seed(self.seed + self.seeds - 1)
         validate.check(self.config)
+        checks.walkers("--train.walkers", self.config.train.walkers)
         checks.between("--es.candidates", self.config.es.candidates, 4, 10_000, ", half of which are kept")
         self.place.check()
         if self.distributed and self.seeds > 1:

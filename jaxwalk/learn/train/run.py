@@ -16,7 +16,7 @@ from jaxwalk.config import Config
 from jaxwalk.learn.runs import run_folder
 from jaxwalk.learn.runs.progress import Progress
 from jaxwalk.learn.runs.run_folder import RunFolder
-from jaxwalk.learn.train import device_loop, out_of_resources
+from jaxwalk.learn.train import checkpoint, device_loop, out_of_resources
 from jaxwalk.learn.train.trainer import Training, Watch
 from jaxwalk.task import backend, collect
 
@@ -36,6 +36,7 @@ def run(
 
     def begin() -> RunFolder:
         collect.check(config)
+        out_of_resources.check_memory(config, checkpoint.size(device_loop.layout(config)))
         _check_split(config)
         return RunFolder.create(run_dir, config, seed, command)
 

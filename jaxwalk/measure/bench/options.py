@@ -35,7 +35,7 @@ class BenchArgs:
 
     def check(self) -> None:
         """As `Options.check`."""
-        checks.whole("--walkers", self.walkers)
+        checks.walkers("--walkers", self.walkers)
         checks.positive("--seconds", self.seconds, "seconds")
         checks.seed(self.seed)
         self._check_batches()
@@ -59,7 +59,7 @@ class BenchArgs:
         if any(value != int(value) for value in self.batches):
             raise UserError(f"--batches {shown}: give whole numbers")
         for value in self.batches:
-            checks.whole("--batches", int(value))
+            checks.walkers("--batches", int(value))
         checks.ascending("--batches", self.batches)
         if self.walkers != type(self).walkers:
             raise UserError(f"--walkers {self.walkers}: --batches tells how many; leave one of the two out")
