@@ -8,7 +8,7 @@ runs until the touch-down, so a batch waits for its slowest walker; the trainer'
 from __future__ import annotations
 
 import dataclasses
-from typing import cast
+from typing import NoReturn, cast
 
 import jax
 import jax.numpy as jnp
@@ -17,6 +17,7 @@ from brax.envs.base import Env, State
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from jaxwalk.common import runtime
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, validate
 from jaxwalk.control.person import model_of
 from jaxwalk.task import backend, footstep, spawn, stepper
@@ -43,12 +44,15 @@ class FootstepEnv(Env):
 
     Args:
       config: who walks, what is seen and rewarded, which pushes come; the default preset if None.
+      backend: as Brax's callers name it; there is one.
 
     Raises:
-      UserError: a value of ``config`` is out of range.
+      UserError: a value of ``config`` is out of range, or another backend.
     """
 
-    def __init__(self, config: Config | None = None) -> None:
+    def __init__(self, config: Config | None = None, backend: str = "mjx") -> None:
+        if backend != self.backend:
+            raise UserError(f"backend {backend!r}: give {self.backend}, or leave it out")
         self.config = Config() if config is None else config
         validate.check(self.config)
         self._task = Task.of(self.config)
@@ -62,6 +66,26 @@ class FootstepEnv(Env):
     def action_size(self) -> int:
         """Numbers of an action: length and duration."""
         return len(footstep.ACTIONS)
+
+    @property
+    def dt(self) -> float:
+        """Seconds that a step lasts, as a rule: a nominal footstep, or until the next decision is due."""
+        task = self._task
+        if not task.replan:
+            return self.config.gait.duration_nominal
+        return task.replan * task.setup.window_ticks * task.setup.timestep
+
+    @property
+    def sys(self) -> NoReturn:
+        """Brax's system, which there is none of.
+
+        Raises:
+          AttributeError: always; it says what is there instead.
+        """
+        raise AttributeError(
+            "FootstepEnv has no sys, and takes no randomization_fn: give config.train.height_spread, "
+            "mass_spread and config.circumstances; jaxwalk render draws it"
+        )
 
     @property
     def backend(self) -> str:
