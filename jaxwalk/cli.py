@@ -131,11 +131,11 @@ def _run(name: str, argv: list[str]) -> None:
     if not getattr(args, "distributed", False):  # such have to find each other first
         environment.start_devices()
     main = importlib.import_module(f"{home}.command").main
-    interrupt.listen()
-    if name in _RECORDED:
-        main(args, shlex.join(["jaxwalk", name, *argv]))
-    else:
-        main(args)
+    with interrupt.listening():
+        if name in _RECORDED:
+            main(args, shlex.join(["jaxwalk", name, *argv]))
+        else:
+            main(args)
     if name in _NEXT:
         print(f"next: jaxwalk {_NEXT[name].format(policy=shlex.quote(getattr(args, 'policy', '')))}")
 

@@ -8,7 +8,8 @@ import signal
 import stat
 import sys
 import threading
-from typing import Any
+from collections.abc import Iterator
+from typing import Any, NoReturn
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _ended_by = 0
@@ -45,10 +46,27 @@ class Stop:
             signal.signal(which, old)
 
 
-def listen() -> None:
-    """Let Ctrl-C interrupt, where it has ended the process at once so far."""
-    if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+@contextlib.contextmanager
+def listening() -> Iterator[None]:
+    """Within it Ctrl-C interrupts, where it has ended the process at once so far, and is not forgotten.
+
+    An interrupt can be lost: what is raised while an object is taken down goes nowhere.
+    """
+    old = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or old is signal.SIG_IGN:
+        yield
+        return
+    signal.signal(signal.SIGINT, _interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, old)
+
+
+def _interrupt(number: int, frame: Any) -> NoReturn:
+    global _ended_by
+    _ended_by = number
+    raise KeyboardInterrupt
 
 
 def exit_code(begun: bool = False) -> int:

@@ -35,6 +35,21 @@ def test_a_training_that_a_signal_ended_says_so_by_its_exit_code(monkeypatch, ca
     assert cli.main(["bench"]) == 0
 
 
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_a_ctrl_c_that_was_lost_is_told_by_the_exit_code(monkeypatch, capsys):
+    class Lost:
+        def __del__(self):
+            os.kill(os.getpid(), signal.SIGINT)
+
+    def measure(args):
+        Lost()
+        print("measured")
+
+    monkeypatch.setitem(sys.modules, "jaxwalk.measure.bench.command", types.SimpleNamespace(main=measure))
+    assert cli.main(["bench"]) == 130
+    assert capsys.readouterr().out == "measured\n"
+
+
 def test_what_the_process_was_started_to_ignore_stays_ignored(monkeypatch):
     """As nohup has it."""
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
