@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 from jaxwalk import deploy
 from jaxwalk.common.errors import UserError
@@ -25,13 +25,15 @@ from jaxwalk.measure.evaluate import evaluation
 from jaxwalk.measure.protocol import PushTest
 from jaxwalk.measure.push_map import command as _map
 from jaxwalk.measure.push_map.options import PushMapArgs
-from jaxwalk.options import checks
+from jaxwalk.options import arguments, checks
+from jaxwalk.options.arguments import looked_at
 from jaxwalk.task.env import FootstepEnv
 
 Controller = deploy.Controller
 AnyPath = str | PathLike[str]
 
 
+@looked_at
 def preset(name: str = "default") -> Config:
     """A named configuration; change it by ``dataclasses.replace``.
 
@@ -43,6 +45,7 @@ def preset(name: str = "default") -> Config:
     return PRESETS[name]
 
 
+@looked_at
 def train(config: Config, run_dir: AnyPath | None = None, *, seed: int = 0, seeds: int = 1) -> Path:
     """Train a policy into a run folder, and return the folder.
 
@@ -68,6 +71,7 @@ def train(config: Config, run_dir: AnyPath | None = None, *, seed: int = 0, seed
     return _run.run(config, folder, seed, typed)
 
 
+@looked_at
 def resume(run_dir: AnyPath) -> Path:
     """Go on with a training that was stopped, bit for bit, and return its folder.
 
@@ -77,6 +81,7 @@ def resume(run_dir: AnyPath) -> Path:
     return _train.resume(Path(run_dir))
 
 
+@looked_at
 def load_policy(
     name: AnyPath = "shipped",
     *,
@@ -103,14 +108,11 @@ def load_policy(
         checks.between("--speed", speed, 0.1, 3.0, " m/s")
     if noise is not None:
         checks.between("--noise", noise, 0.0, 100.0, "")
-    if model is not None and model not in get_args(BodyModel):
-        raise UserError(f"--model {model}: give one of {', '.join(get_args(BodyModel))}")
-    if actuators is not None and actuators not in get_args(Actuators):
-        raise UserError(f"--actuators {actuators}: give one of {', '.join(get_args(Actuators))}")
     changes = dict(height=height, mass=mass, noise=noise)
     return named.load(fspath(name), speed=speed, model=model, actuators=actuators, **changes)
 
 
+@looked_at
 def evaluate(policy: Subject | AnyPath = "shipped", test: PushTest | None = None) -> dict[str, Any]:
     """Does it walk, which pushes does it survive, how soon is it steady again.
 
@@ -127,10 +129,12 @@ def evaluate(policy: Subject | AnyPath = "shipped", test: PushTest | None = None
       UserError: no such policy, or a value of ``test`` that is out of range.
     """
     test = test or PushTest()
+    arguments.check_fields(test)
     test.check()
     return evaluation.evaluate(_subject(policy), test)
 
 
+@looked_at
 def push_map(
     policy: Subject | AnyPath,
     out: AnyPath,
@@ -175,6 +179,7 @@ def push_map(
     return _map.push_map(subject, _map.grid_of(args, subject), args.out, engine)
 
 
+@looked_at
 def export_policy(
     policy: Subject | AnyPath, out: AnyPath, *, formats: tuple[str, ...] = ("safetensors",)
 ) -> dict[str, Path]:
@@ -188,7 +193,7 @@ def export_policy(
       UserError: a rule that nobody trained, a policy that `load_policy` changed, an unknown format, or a
         folder that cannot be written.
     """
-    if isinstance(formats, str) or not formats or not set(formats) <= set(_export.WRITERS):
+    if not formats or not set(formats) <= set(_export.WRITERS):
         raise UserError(f"formats {formats!r}: give a tuple of some of {', '.join(_export.WRITERS)}")
     name = policy.name if isinstance(policy, Subject) else fspath(policy)
     checks.policy(name)

@@ -11,13 +11,12 @@ import functools
 import importlib
 import io
 import operator
-import os
 import shlex
 import sys
 from collections.abc import Sequence
 
 from jaxwalk import __version__
-from jaxwalk.common import runtime
+from jaxwalk.common import environment, interrupt, output, runtime
 from jaxwalk.common.errors import UserError
 
 COMMANDS = {
@@ -71,54 +70,49 @@ def main(argv: Sequence[str] | None = None) -> int:
       argv: the arguments after the program's name; the process's own by default.
 
     Returns:
-      Exit code: 0 done, 2 bad input (one line on standard error says what), 130 interrupted, 141 nobody
-      reads the output any more.
+      Exit code: 0 done, 2 bad input (one line on standard error says what), 130 interrupted, 129 or 143 a
+      training that SIGHUP or SIGTERM ended, 141 nobody reads the output any more.
     """
     argv = sys.argv[1:] if argv is None else list(argv)
+    interrupt.exit_code(begun=True)
     try:
-        try:
-            code = _dispatch(argv)
-        except UserError as error:
-            print(f"jaxwalk: error: {error}", file=sys.stderr)
-            code = 2
-        except KeyboardInterrupt:
-            print("jaxwalk: interrupted", file=sys.stderr)
-            code = 130
-        if sys.stdout is not None:
-            sys.stdout.flush()  # here, where a closed pipe can be told from an error
-        return code
+        with output.told():
+            _dispatch(argv)
+        code = interrupt.exit_code()
+    except UserError as error:
+        code = _end(2, f"error: {error}")
+    except KeyboardInterrupt:
+        code = _end(130, "interrupted")
     except BrokenPipeError:
-        _forget_output()
-        return 141  # as a shell tells of who is ended by SIGPIPE
+        code = 141  # as a shell tells of who is ended by SIGPIPE
+    output.forget()
+    return code
 
 
-def _forget_output() -> None:
-    """The interpreter tries once more at its end: let it write what a closed pipe did not take to nowhere."""
-    for stream in (sys.stdout, sys.stderr):
-        if stream is None:
-            continue
-        try:
-            stream.flush()
-        except BrokenPipeError:
-            nowhere = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(nowhere, stream.fileno())
-            os.close(nowhere)
+def _end(code: int, said: str) -> int:
+    try:
+        print(f"jaxwalk: {said}", file=sys.stderr, flush=True)
+    except BrokenPipeError:
+        return 141
+    except OSError:  # it goes to a full disk
+        pass
+    return code
 
 
-def _dispatch(argv: list[str]) -> int:
+def _dispatch(argv: list[str]) -> None:
     known = ", ".join(COMMANDS)
     if not argv:
         raise UserError(f"no command: give one of {known}, or --help")
     name, *rest = argv
     if name in ("-h", "--help"):
         print(_help())
-        return 0
+        return
     if name == "--version":
         print(f"jaxwalk {__version__}")
-        return 0
+        return
     if name == "completion":
         print(_completion(*rest))
-        return 0
+        return
     if name not in COMMANDS:
         close = difflib.get_close_matches(name, COMMANDS, n=1)
         meant = f" (did you mean {close[0]}?)" if close else ""
@@ -130,18 +124,20 @@ def _dispatch(argv: list[str]) -> int:
             raise finished.__context__ from None
         if finished.code:
             raise
-    return 0
 
 
 def _run(name: str, argv: list[str]) -> None:
     home = f"jaxwalk.{COMMANDS[name][0]}"
     args = importlib.import_module(f"{home}.options").read(argv)
     runtime.setup()
+    if not getattr(args, "distributed", False):  # such have to find each other first
+        environment.start_devices()
     main = importlib.import_module(f"{home}.command").main
-    if name in _RECORDED:
-        main(args, shlex.join(["jaxwalk", name, *argv]))
-    else:
-        main(args)
+    with interrupt.listening():
+        if name in _RECORDED:
+            main(args, shlex.join(["jaxwalk", name, *argv]))
+        else:
+            main(args)
     if name in _NEXT:
         print(f"next: jaxwalk {_NEXT[name].format(policy=shlex.quote(getattr(args, 'policy', '')))}")
 

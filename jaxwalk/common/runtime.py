@@ -7,14 +7,22 @@ import importlib
 import io
 import os
 import platform
+import resource
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from jaxwalk import __version__
+from jaxwalk.common import compile_cache, environment
 
-_CGROUP = Path("/sys/fs/cgroup/cpu.max")
+_CGROUPS = Path("/sys/fs/cgroup")
+_CGROUP = _CGROUPS / "cpu.max"
+_MEMORY = (  # of version 2 and 1
+    ("memory.max", "memory.current"),
+    ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"),
+)
 _REPORTED = ("jax", "jaxlib", "mujoco", "mujoco-mjx", "brax", "flax", "optax", "numpy")
 
 
@@ -22,21 +30,30 @@ def setup(begun: bool = False) -> None:
     """Use all cores, remember compiled programs, keep quiet. To be called before JAX computes.
 
     Args:
-      begun: JAX may compute already; the number of its devices is then left as it is.
+      begun: the process is not a command's: JAX may compute already, and what its owner has set stands;
+        `as_ours` is for what results rest on.
 
-    What the user has chosen through JAX's own environment variables or ``XLA_FLAGS`` stands.
+    What the user has chosen through JAX's own environment variables or ``XLA_FLAGS`` stands, but for what
+    results rest on (`environment.NUMBERS`).
 
     Raises:
+      UserError: the environment holds what JAX or MuJoCo does not start with.
       RuntimeError: JAX already computes with another number of CPU devices.
     """
-    import jax
+    if not begun:
+        environment.settle()
+    with environment.told("JAX"):
+        import jax
 
+    kept = compile_cache.folder()
     settings = {
-        "jax_compilation_cache_dir": str(_cache_folder()),
         # JAX skips programs that compile within a second; a test suite has hundreds of those.
         "jax_persistent_cache_min_compile_time_secs": 0.0,
         "jax_persistent_cache_min_entry_size_bytes": -1,
     }
+    if kept:
+        settings["jax_compilation_cache_dir"] = kept
+        compile_cache.guard(kept)
     # XLA runs an MJX program on one core per device: several devices are how all cores are used.
     if "xla_force_host_platform_device_count" not in os.environ.get("XLA_FLAGS", ""):
         settings["jax_num_cpu_devices"] = _cores()
@@ -44,7 +61,29 @@ def setup(begun: bool = False) -> None:
         if name.upper() not in os.environ:
             with contextlib.suppress(RuntimeError) if begun else contextlib.nullcontext():
                 jax.config.update(name, value)
-    _import_mjx_quietly()
+    if not begun:
+        for name, value in environment.NUMBERS.items():
+            jax.config.update(name, value)
+    with environment.told("MuJoCo"):
+        _import_mjx_quietly()
+
+
+@contextlib.contextmanager
+def in_float32() -> Iterator[None]:
+    """Within it, in this thread, JAX computes in commands' types, whatever the process has set."""
+    import jax
+
+    with jax.enable_x64(False), jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
+        yield
+
+
+@contextlib.contextmanager
+def as_ours() -> Iterator[None]:
+    """As `in_float32`, and with the random numbers that commands have."""
+    import jax
+
+    with in_float32(), jax.default_prng_impl("threefry2x32"), jax.threefry_partitionable(True):
+        yield
 
 
 def has_accelerator() -> bool:
@@ -98,6 +137,22 @@ def versions() -> dict[str, dict[str, str]]:
     }
 
 
+def memory_left() -> int:
+    """Bytes that this process can still take: of the machine, of its container, of its own limit."""
+    left = [sys.maxsize]
+    with contextlib.suppress(OSError, ValueError, StopIteration):
+        lines = Path("/proc/meminfo").read_text().splitlines()
+        left.append(1024 * int(next(line for line in lines if line.startswith("MemAvailable:")).split()[1]))
+    most, _ = resource.getrlimit(resource.RLIMIT_AS)
+    with contextlib.suppress(OSError, ValueError):
+        taken = int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+        left += [max(0, most - taken)] if most != resource.RLIM_INFINITY else []
+    for limit, use in _MEMORY:
+        with contextlib.suppress(OSError, ValueError):  # "max" is no number
+            left.append(max(0, int((_CGROUPS / limit).read_text()) - int((_CGROUPS / use).read_text())))
+    return min(left)
+
+
 def _cores() -> int:
     """Cores that this process may use; a container's share can be less than the machine's."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -118,11 +173,6 @@ def _cpu_model() -> str:
             if line.startswith("model name"):
                 return line.partition(":")[2].strip()
     return platform.processor() or platform.machine()
-
-
-def _cache_folder() -> Path:
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "jaxwalk"
 
 
 def _import_mjx_quietly() -> None:

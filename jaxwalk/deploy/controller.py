@@ -8,7 +8,7 @@ import os
 import numpy as np
 
 from jaxwalk.common.errors import UserError
-from jaxwalk.deploy import footstep, forms, kinematics, person, policy, sensors, step_clock
+from jaxwalk.deploy import footstep, forms, kinematics, person, policy, sensors, soundness, step_clock
 from jaxwalk.deploy.kinematics import Posture
 from jaxwalk.deploy.policy import Policy
 from jaxwalk.deploy.sensors import Estimate, Filter, Sensors
@@ -33,6 +33,8 @@ class Controller:
       observation: [O] what the policy was told last. action: [2] its answer, in [-1, 1].
       clock: where in the step the walker is.
       estimate: what the filters made of the last sensors.
+      held: ticks on end whose readings could not be true, see `soundness`; the last good one stands for them.
+      passive: they were too many, or the first was one, and the joints are let go until the next `start`.
 
     Raises:
       UserError: a stature, a mass or a speed out of range.
@@ -57,7 +59,10 @@ class Controller:
         decisions = policy.manifest.get("decisions", {})
         self._replan, self._window = int(decisions.get("replan", 0)), int(decisions.get("window_ticks", 1))
         self._ticks, self._windows, self._fresh = 0, 0, False
+        self._hold = soundness.hold_ticks(self.timestep)
         self._filter: Filter | None = None
+        self._said = sensors.SILENT
+        self.held, self.passive = 0, False
         self.clock: Clock
         self.estimate: Estimate
         self.touchdown = False
@@ -103,15 +108,23 @@ class Controller:
 
         Returns:
           The command, as of `tick`.
+
+        Raises:
+          UserError: another stance, sensors of another shape, or angles in degrees.
         """
         if stance not in (0, 1):
             raise UserError(f"stance {stance!r}: give 0 (left) or 1 (right)")
-        speed = np.float32(said.velocity)
-        self._filter = sensors.start(self.policy.manifest, speed)
-        self.estimate = sensors.estimate(said, self._filter.filtered)
+        soundness.check_angles(said)
+        heard = soundness.read(said)
+        self.held, self.passive, self.touchdown = 0, heard is None, False
+        if heard is None:
+            return np.zeros(6, np.float32)
+        self._said = heard
+        self._filter = sensors.start(self.policy.manifest, np.float32(heard.velocity))
+        self.estimate = sensors.estimate(heard, self._filter.filtered)
         posture = self._posture()
         fresh = self._form.start(self.person, self._gravity, posture, self.estimate, stance)
-        self.clock, self.touchdown = fresh, False
+        self.clock = fresh
         self._ticks, self._windows, self._fresh = 0, 0, False
         self._length = -step_clock.step_length(posture, fresh)
         self._decide(posture)
@@ -122,14 +135,25 @@ class Controller:
 
         Returns:
           [6] rigid: hip rate (rad/s), knee angle (rad), ankle torque (N m, dorsiflexion positive);
-          compliant: torques of the three, N m; left, right.
+          compliant: torques of the three, N m; left, right. Of joints that are let go: no torque, no rate,
+          a knee as it was last.
 
         Raises:
+          UserError: sensors of another shape.
           RuntimeError: not started.
         """
-        if self._filter is None:
+        if self._filter is None and not self.passive:
             raise RuntimeError("Controller.tick before Controller.start")
-        self._filter, self.estimate = sensors.step(self._filter, said)
+        heard = soundness.read(said)
+        if heard is None:
+            self.held += 1
+        else:
+            self._said, self.held = heard, 0
+        self.passive |= self.held > self._hold
+        if self._filter is None or self.passive:
+            self.touchdown = False
+            return self._form.let_go(self._said)
+        self._filter, self.estimate = sensors.step(self._filter, self._said)
         posture, who = self._posture(), self.person
         clock = dataclasses.replace(self.clock, elapsed=self.clock.elapsed + self._dt)
         length = step_clock.step_length(posture, clock)
@@ -157,17 +181,17 @@ class Controller:
 
     @property
     def fallen(self) -> bool:
-        """As far as the sensors tell: torso too far over, hip too low over the feet, or a stalled step."""
+        """As far as the sensors tell: torso too far over, hip too low over the feet, or a stalled step; or
+        they tell nothing, and the joints are let go."""
+        if self.passive:
+            return True
         numbers = self.person.gait
         height = self.person.foot - self._posture().z.min()
-        # What is not a number stands for nothing good.
-        stands = (
-            abs(self.estimate.pitch) <= numbers.fall_pitch
-            and height >= numbers.fall_height * self.person.leg
-            and self.clock.elapsed <= numbers.stall_seconds
-            and np.isfinite(self.estimate.speed)
+        return bool(
+            abs(self.estimate.pitch) > numbers.fall_pitch
+            or height < numbers.fall_height * self.person.leg
+            or self.clock.elapsed > numbers.stall_seconds
         )
-        return not stands
 
     def _posture(self) -> Posture:
         return kinematics.posture(self.person, self.estimate.joints, self.estimate.pitch)

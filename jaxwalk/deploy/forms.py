@@ -15,7 +15,8 @@ def of(config: GaitConfig) -> ModuleType:
     """The controllers that ``config`` names: a module with
 
     ``start(who, gravity, posture, estimate, stance) -> Clock``,
-    ``command(who, gravity, posture, clock, estimate) -> [6]``, and
-    ``proceed(who, gravity, posture, clock, estimate, timestep) -> (Clock, landed)``, after each tick.
+    ``command(who, gravity, posture, clock, estimate) -> [6]``,
+    ``proceed(who, gravity, posture, clock, estimate, timestep) -> (Clock, landed)``, after each tick, and
+    ``let_go(said) -> [6]``, a command that moves nothing.
     """
     return _FORMS[config.form]

@@ -31,6 +31,10 @@ class Sensors:
     touch: np.ndarray
 
 
+SILENT = Sensors(0.0, 0.0, 0.0, 0.0, np.zeros((2, 3)), np.zeros((2, 3)), np.zeros(2))
+"""What instruments say that have said nothing yet."""
+
+
 @dataclass(frozen=True)
 class Estimate:
     """What controllers and policy are told: as `Sensors`, float32, speed and acceleration filtered."""

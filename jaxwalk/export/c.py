@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from jaxwalk.config import Observable
+from jaxwalk.deploy import soundness
 from jaxwalk.learn.policies import policy
 
 _TEMPLATE = Path(__file__).with_name("controller.h")
@@ -80,6 +81,8 @@ def _data(trained: policy.Policy, told: dict[str, Any]) -> str:
         "PLANNED": int(gait["steps"] == "planned"),
         "REPLAN": told["decisions"]["replan"],
         "WINDOW_TICKS": told["decisions"]["window_ticks"],
+        "INPUTS": len(soundness.MOST),
+        "HOLD_TICKS": soundness.hold_ticks(told["timestep"]),
         "LIMITED": int(told["strength"] is not None),
     }
     known = [*(f"JAXWALK_{name.upper()}_SEEN" for name in get_args(Observable)), "JAXWALK_SEEN"]
@@ -89,6 +92,7 @@ def _data(trained: policy.Policy, told: dict[str, Any]) -> str:
         array("jaxwalk_std", trained.observation_std),
         array("jaxwalk_low", np.array(low)),
         array("jaxwalk_high", np.array(high)),
+        array("jaxwalk_most", soundness.MOST),
         array("jaxwalk_gain", np.array(sensors["kalman_gain"])),
         *(
             array(f"jaxwalk_{layer}_{leaf}", values)

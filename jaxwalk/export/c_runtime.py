@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from jaxwalk.deploy import Sensors
+from jaxwalk.deploy import Sensors, soundness
 from jaxwalk.export import selftest
 
 _SHIM = """\
@@ -18,11 +18,12 @@ _SHIM = """\
 
 size_t shim_size(void);
 int shim_init(void *w, float height, float mass, float speed);
-void shim_start(void *w, const float *said, int stance, float *joints);
+int shim_start(void *w, const float *said, int stance, float *joints);
 void shim_tick(void *w, const float *said, float *joints);
 int shim_ask(void *w, float speed);
 int shim_touchdown(const void *w);
 int shim_fallen(const void *w);
+int shim_passive(const void *w);
 void shim_told(const void *w, float *observation);
 double shim_time_act(const float *observations, int count);
 double shim_time_ticks(void *w, const float *said, int count);
@@ -32,14 +33,15 @@ int shim_init(void *w, float height, float mass, float speed) {{
     return jaxwalk_init(w, height, mass, speed);
 }}
 int shim_ask(void *w, float speed) {{ return jaxwalk_ask(w, speed); }}
-void shim_start(void *w, const float *said, int stance, float *joints) {{
-    jaxwalk_start(w, (const struct jaxwalk_sensors *)said, stance, joints);
+int shim_start(void *w, const float *said, int stance, float *joints) {{
+    return jaxwalk_start(w, (const struct jaxwalk_sensors *)said, stance, joints);
 }}
 void shim_tick(void *w, const float *said, float *joints) {{
     jaxwalk_tick(w, (const struct jaxwalk_sensors *)said, joints);
 }}
 int shim_touchdown(const void *w) {{ return ((const struct jaxwalk *)w)->touchdown; }}
 int shim_fallen(const void *w) {{ return jaxwalk_fallen(w); }}
+int shim_passive(const void *w) {{ return ((const struct jaxwalk *)w)->passive; }}
 void shim_told(const void *w, float *observation) {{
     const float *told = ((const struct jaxwalk *)w)->observation;
     for (int i = 0; i < JAXWALK_OBSERVATIONS; ++i) observation[i] = told[i];
@@ -69,22 +71,15 @@ double shim_time_ticks(void *w, const float *said, int count) {{
 """
 
 
-def flat(said: Sensors) -> np.ndarray:
-    """[18] in the order of `manifest.SENSORS`, which is the C structure's."""
-    first = [said.velocity, said.acceleration, said.pitch, said.pitch_rate]
-    parts = [first, np.ravel(said.joints), np.ravel(said.joint_rates), said.touch]
-    return np.concatenate(parts).astype(np.float32)
-
-
-def build(header: Path, folder: Path) -> ctypes.CDLL:
-    """The header as a library, in ``folder``.
+def build(header: Path, folder: Path, *flags: str) -> ctypes.CDLL:
+    """The header as a library, in ``folder``, compiled with ``flags`` besides.
 
     Raises:
       UserError: no C compiler.
     """
     source = folder / "shim.c"
     source.write_text(_SHIM.format(header=header.resolve()))
-    library = selftest.compile_c(source, folder / "shim.so", "-shared", "-fPIC")
+    library = selftest.compile_c(source, folder / "shim.so", "-shared", "-fPIC", *flags)
     loaded = ctypes.CDLL(str(library))
     loaded.shim_size.restype = ctypes.c_size_t
     loaded.shim_init.argtypes = [ctypes.c_void_p, *[ctypes.c_float] * 3]
@@ -108,13 +103,13 @@ class Controller:
 
     def start(self, said: Sensors, stance: int) -> np.ndarray:
         """Begin anew: the foot ``stance`` (0 left, 1 right) has just landed; gives what `tick` does."""
-        told = flat(said)
+        told = soundness.flat(said)
         self._library.shim_start(self._walker, _pointer(told), stance, _pointer(self._joints))
         return self._joints.copy()
 
     def tick(self, said: Sensors) -> np.ndarray:
         """[6] hip rate (rad/s), knee angle (rad), ankle torque (N m) until the next tick; left, right."""
-        told = flat(said)
+        told = soundness.flat(said)
         self._library.shim_tick(self._walker, _pointer(told), _pointer(self._joints))
         return self._joints.copy()
 
@@ -126,6 +121,11 @@ class Controller:
     def touchdown(self) -> bool:
         """Whether a foot landed in the last tick."""
         return bool(self._library.shim_touchdown(self._walker))
+
+    @property
+    def passive(self) -> bool:
+        """Whether the joints are let go: the instruments said for too long what cannot be true."""
+        return bool(self._library.shim_passive(self._walker))
 
     @property
     def fallen(self) -> bool:
@@ -140,7 +140,7 @@ class Controller:
 
     def time_ticks(self, said: list[Sensors]) -> float:
         """Seconds for one tick, over the ticks of ``said``."""
-        told = np.stack([flat(one) for one in said])
+        told = np.stack([soundness.flat(one) for one in said])
         return self._library.shim_time_ticks(self._walker, _pointer(told), len(told)) / len(told)
 
 

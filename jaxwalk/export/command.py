@@ -61,7 +61,9 @@ def write(
       UserError: a package of the extra ``export`` is missing, or the folder cannot be written.
     """
     if "safetensors" in kinds:
-        run_folder.check_none("--out", folder)  # whose policy has the same name
+        # Whose policy has the same name; one beside a self-test is of an earlier export.
+        exported = (folder / selftest.VECTORS).exists()
+        run_folder.check_none("--out", folder, [run_folder.POLICY] if exported else [])
     contents = {kind: WRITERS[kind][1](trained, told) for kind in kinds}
     seen = observations(trained, _VECTORS)
     actions = np.asarray(jax.jit(policy.act)(policy.without_origin(trained), seen))

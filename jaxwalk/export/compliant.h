@@ -152,6 +152,12 @@ static inline void jaxwalk_joints(const struct jaxwalk *w, float *joints) {
         }
 }
 
+/* A command that moves nothing. */
+static inline void jaxwalk_let_go(const struct jaxwalk *w, float *joints) {
+    (void)w;
+    for (int i = 0; i < 6; ++i) joints[i] = 0.0f;
+}
+
 /* form: as the foot `stance` lands, and after each tick, w->touchdown */
 static inline void jaxwalk_begin_step(struct jaxwalk *w) {
     w->path = w->now.joints[1 - w->stance][0];

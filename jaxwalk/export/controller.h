@@ -1,6 +1,6 @@
 /* A trained stepping policy and the controllers around it; written by jaxwalk export, version @VERSION@.
  *
- * C99, single precision, no heap, nothing but math.h. One walker:
+ * C99 or C++, single precision, no heap, math.h and string.h alone. One walker:
  *
  *     struct jaxwalk walker;
  *     struct jaxwalk_sensors said = ...;
@@ -10,12 +10,16 @@
  *     every JAXWALK_TIMESTEP seconds: jaxwalk_tick(&walker, &said, joints);
  *
  * joints: @COMMANDS@; left, right.
+ * A reading that is no number, or beyond what instruments can say, is left out: the last good one stands for it, for
+ * JAXWALK_HOLD_TICKS ticks on end. Then walker.passive is 1, and the joints are let go until jaxwalk_start.
  * The equations, and where they come from, are in jaxwalk's modules of the names given below.
  */
 #ifndef JAXWALK_POLICY_H
 #define JAXWALK_POLICY_H
 
 #include <math.h>
+#include <stdint.h>
+#include <string.h>
 
 /* ---- what was exported ---- */
 
@@ -81,14 +85,15 @@ struct jaxwalk {
     int ticks, windows, fresh;     /* since the last decision */
     float observation[JAXWALK_OBSERVATIONS], action[JAXWALK_ACTIONS];
     int touchdown;                 /* a foot landed in the last tick */
+    struct jaxwalk_sensors heard;  /* the last reading that can be true */
+    int held, passive;             /* ticks on end that it stands for later ones; the joints are let go */
 };
 
 /* The numbers of a body of `height` m and `mass` kg that aims at `speed` m/s; 0, or -1: out of range. */
 static inline int jaxwalk_init(struct jaxwalk *w, float height, float mass, float speed) {
-    static const struct jaxwalk zero = {0};
     if (!(height >= 0.5f && height <= 3.0f && mass >= 5.0f && mass <= 500.0f && speed >= 0.1f && speed <= 3.0f))
         return -1;
-    *w = zero;
+    memset(w, 0, sizeof *w);
     w->length_ratio = height / JAXWALK_REFERENCE_HEIGHT;
     w->mass_ratio = mass / JAXWALK_REFERENCE_MASS;
     jaxwalk_scale(&w->n, w->length_ratio, w->mass_ratio);
@@ -113,6 +118,17 @@ static inline void jaxwalk_posture(struct jaxwalk *w) {
         w->x[i] = w->n.thigh * sinf(w->thigh[i]) + w->n.shank * sinf(w->shank[i]);
         w->z[i] = -(w->n.thigh * cosf(w->thigh[i]) + w->n.shank * cosf(w->shank[i]));
     }
+}
+
+/* soundness: 1 if all that the instruments say can be true. Sizes are compared as bits, which grow as numbers do: a
+ * compiler that is told -ffast-math takes it for granted that there are numbers only. */
+static inline int jaxwalk_sound(const struct jaxwalk_sensors *said) {
+    uint32_t bits[JAXWALK_INPUTS], most[JAXWALK_INPUTS];
+    int sound = 1;
+    memcpy(bits, said, sizeof bits);
+    memcpy(most, jaxwalk_most, sizeof most);
+    for (int i = 0; i < JAXWALK_INPUTS; ++i) sound &= (bits[i] & 0x7fffffffu) <= most[i];
+    return sound;
 }
 
 /* sensors: a moving mean, then a Kalman filter */
@@ -179,9 +195,17 @@ static inline void jaxwalk_decide(struct jaxwalk *w) {
 
 /* controller */
 
-/* Begin, or begin again: the foot `stance` (0 left, 1 right) has just landed ahead of the other. */
-static inline void jaxwalk_start(struct jaxwalk *w, const struct jaxwalk_sensors *said, int stance,
-                                 float *joints) {
+/* Begin, or begin again: the foot `stance` (0 left, 1 right) has just landed ahead of the other. 0; or -1: the
+ * instruments say what cannot be true, and the joints are let go. */
+static inline int jaxwalk_start(struct jaxwalk *w, const struct jaxwalk_sensors *said, int stance,
+                                float *joints) {
+    w->held = w->touchdown = 0;
+    w->passive = !jaxwalk_sound(said);
+    if (w->passive) {
+        for (int i = 0; i < 6; ++i) joints[i] = 0.0f;
+        return -1;
+    }
+    w->heard = *said;
     for (int i = 0; i < JAXWALK_MEAN_WINDOW; ++i) {
         w->history[i][0] = said->velocity;
         w->history[i][1] = 0.0f;
@@ -192,7 +216,6 @@ static inline void jaxwalk_start(struct jaxwalk *w, const struct jaxwalk_sensors
     w->now.acceleration = 0.0f;
     w->stance = stance != 0;
     w->elapsed = 0.0f;
-    w->touchdown = 0;
     jaxwalk_posture(w);
     w->length = w->n.length_nominal;
     w->duration = w->n.duration_nominal;
@@ -202,6 +225,7 @@ static inline void jaxwalk_start(struct jaxwalk *w, const struct jaxwalk_sensors
     w->landed_length = -jaxwalk_step_length(w);
     jaxwalk_decide(w);
     jaxwalk_joints(w, joints);
+    return 0;
 }
 
 /* Whether the policy is asked in this tick: at a touch-down; or, where steps are decided anew, at the end of
@@ -220,7 +244,18 @@ static inline int jaxwalk_asks(struct jaxwalk *w) {
 /* One tick: what the instruments say now, to what the joints are to do until the next. */
 static inline void jaxwalk_tick(struct jaxwalk *w, const struct jaxwalk_sensors *said, float *joints) {
     float length;
-    jaxwalk_filter(w, said);
+    if (jaxwalk_sound(said)) {
+        w->heard = *said;
+        w->held = 0;
+    } else if (++w->held > JAXWALK_HOLD_TICKS) {
+        w->passive = 1;
+    }
+    if (w->passive) {
+        w->touchdown = 0;
+        jaxwalk_let_go(w, joints);
+        return;
+    }
+    jaxwalk_filter(w, &w->heard);
     jaxwalk_posture(w);
     w->elapsed += JAXWALK_TIMESTEP;
     length = jaxwalk_step_length(w);
@@ -230,12 +265,11 @@ static inline void jaxwalk_tick(struct jaxwalk *w, const struct jaxwalk_sensors 
     jaxwalk_joints(w, joints);
 }
 
-/* As far as the sensors tell: the torso too far over, the hip too low over the feet, or a stalled step. */
+/* As far as the sensors tell: the torso too far over, the hip too low over the feet, or a stalled step; or they tell
+ * nothing, and the joints are let go. */
 static inline int jaxwalk_fallen(const struct jaxwalk *w) {
-    /* What is not a number stands for nothing good. */
-    return !(fabsf(w->now.pitch) <= w->n.fall_pitch &&
-             w->n.foot - fminf(w->z[0], w->z[1]) >= w->n.fall_height * w->leg &&
-             w->elapsed <= w->n.stall_seconds && w->now.velocity - w->now.velocity == 0.0f);
+    return w->passive || fabsf(w->now.pitch) > w->n.fall_pitch ||
+           w->n.foot - fminf(w->z[0], w->z[1]) < w->n.fall_height * w->leg || w->elapsed > w->n.stall_seconds;
 }
 
 #endif

@@ -12,7 +12,7 @@ from jaxwalk.deploy.file import MANIFEST
 from jaxwalk.export import manifest
 from jaxwalk.learn.policies import policy
 
-_OPSET, _IR = 17, 8  # of 2022: old runtimes read it too
+_OPSET, _IR = 13, 7  # of 2020: old runtimes read it too, as on a Jetson
 
 
 def to_onnx(trained: policy.Policy, told: dict[str, Any]) -> bytes:

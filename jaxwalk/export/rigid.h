@@ -99,6 +99,11 @@ static inline void jaxwalk_joints(const struct jaxwalk *w, float *joints) {
     standing[2] = w->elapsed > w->n.restart_seconds ? w->n.restart_torque : 0.0f;
 }
 
+/* A command that moves nothing. */
+static inline void jaxwalk_let_go(const struct jaxwalk *w, float *joints) {
+    for (int i = 0; i < 6; ++i) joints[i] = i % 3 == 1 ? w->heard.joints[i / 3][1] : 0.0f;
+}
+
 /* form: as the foot `stance` lands, and after each tick, w->touchdown */
 static inline void jaxwalk_begin_step(struct jaxwalk *w) {
     jaxwalk_toe_off(w, 1 - w->stance, &w->toe_off, &w->toe_off_seconds);

@@ -60,9 +60,10 @@ class PushTest:
         """
         checks.impulses("--impulses", self.impulses)
         checks.walk_seconds(self.seconds)
-        for option in ("walkers", "phases"):
-            checks.whole(f"--{option}", getattr(self, option))
+        checks.walkers("--walkers", self.walkers)
+        checks.whole("--phases", self.phases)
         checks.replicas(self.replicas)
+        checks.walkers("--impulses x --phases x --replicas", self._pushed())
         checks.between("--push-height", self.push_height, -1.0, 1.0, " m")
         checks.push_seconds("--push-duration", self.push_duration)
         if self.push_again != 0:
@@ -73,6 +74,10 @@ class PushTest:
         if self.engine not in get_args(Engine):
             raise UserError(f"--engine {self.engine}: give one of {', '.join(get_args(Engine))}")
         checks.seed(self.seed)
+
+    def _pushed(self) -> int:
+        """Walkers that are pushed, or would be one in each cell; 1 at least."""
+        return max(1, len(self.impulses) * self.phases * (self.replicas or 1))
 
     def burden(self, config: Config) -> Burden | None:
         """What its walkers bear; None where that is nothing.

@@ -17,7 +17,12 @@ Tell = OnProgress  # as `measure.gait` calls it
 @contextmanager
 def bars(console: Console) -> Iterator[OnProgress]:
     """A bar on a terminal for each thing that is told of, until it is done."""
-    columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeRemainingColumn(),
+    )
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as shown_bars:
         shown: dict[str, Any] = {}
 

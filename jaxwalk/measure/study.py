@@ -47,8 +47,12 @@ def carry_out(
       UserError: the results cannot be written; or as ``measure`` does.
     """
     folder = getattr(args, "out", None)
+    told = (("json", files.json_file), ("csv", table), ("png", draw))
+    makers = [(ending, make) for ending, make in told if make is not None]
     if folder is not None:
         files.make_folder("--out", folder)
+        for ending, _ in makers:
+            files.check_output("--out", folder / f"{stem or command}.{ending}")
     console = Console(markup=False)
     backend.begin(config, getattr(args, "engine", "mjx"))
     with screen.bars(console) as progress:
@@ -58,12 +62,11 @@ def carry_out(
         if args.json is not None:
             files.write_json(args.json, result)
     else:
-        for ending, make in (("json", files.json_file), ("csv", table), ("png", draw)):
-            if make is not None:
-                made = make(result)
-                content = figures.png(made) if isinstance(made, Figure) else made
-                names.append(f"{stem or command}.{ending}")
-                files.write_bytes(folder / names[-1], content)
+        for ending, make in makers:
+            made = make(result)
+            content = figures.png(made) if isinstance(made, Figure) else made
+            names.append(f"{stem or command}.{ending}")
+            files.write_bytes(folder / names[-1], content)
     show(console, result)
     if folder is not None:
         console.print(f"{', '.join(names)} in {folder}", highlight=False, soft_wrap=True)

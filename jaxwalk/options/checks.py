@@ -7,9 +7,11 @@ import os
 from collections.abc import Sequence
 from typing import Any
 
+from jaxwalk.common import runtime
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import REFERENCE_HEIGHT, REFERENCE_MASS, BodyConfig, validate
 
+_WALKER = 4096  # bytes of a walker's results, at least
 _REPLAYED = 12  # a page stays below a megabyte
 TRAINED = ("shipped", "shipped-rigid")
 """Policies that come with the package: the best, and the best on rigid legs, until format 1."""
@@ -27,6 +29,14 @@ def whole(option: str, value: int, least: int = 1) -> None:
     """A whole number, ``least`` or more."""
     if value < least:
         raise UserError(f"{option} {value}: give a whole number, {least} or more")
+
+
+def walkers(option: str, count: int) -> None:
+    """So many walkers as results of can be held in memory, at least 1."""
+    whole(option, count)
+    most = runtime.memory_left() // _WALKER
+    if count > most:
+        raise UserError(f"{option} {count}: more than the memory holds; give {most} at most")
 
 
 def replicas(value: int | None) -> None:

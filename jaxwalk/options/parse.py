@@ -8,17 +8,20 @@ import io
 import math
 import re
 import typing
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any, Protocol, TypeVar, get_args, get_origin, runtime_checkable
 
 import tyro
 
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Actuators, BodyModel
+from jaxwalk.config.presets import PresetName
 from jaxwalk.model.push_points import Point
 
 T = TypeVar("T")
+_NO_DEFAULT = " (default: None)"
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 
 
@@ -33,10 +36,11 @@ def parse(kind: type[T], argv: Sequence[str], command: str, default: T | None = 
       UserError: an option or a value that is wrong.
       SystemExit: code 0, after printing the help that was asked for.
     """
-    with _one_line_errors(command):
+    words, doubtful = _without_values(argv, set(_switches(kind)))
+    with _one_line_errors(command, doubtful):
         return tyro.cli(
             kind,
-            args=_without_values(argv, set(_switches(kind))),
+            args=words,
             prog=f"jaxwalk {command}",
             default=tyro.MISSING_NONPROP if default is None else default,
         )
@@ -108,9 +112,12 @@ def _switches(kind: Any, prefix: str = "") -> Iterator[tuple[str, str]]:
             yield from _switches(hint, f"{prefix}{own}.".replace("_", "-") if own else prefix)
 
 
-def _without_values(argv: Sequence[str], switches: set[tuple[str, str]]) -> list[str]:
-    """``--name`` and ``--no-name`` for ``--name True`` and ``--name False``, as switches once were given."""
-    words, given = [], list(argv)
+def _without_values(argv: Sequence[str], switches: set[tuple[str, str]]) -> tuple[list[str], dict[str, str]]:
+    """``--name`` and ``--no-name`` for ``--name True`` and ``--name False``, as switches once were given.
+
+    Beside them, what to say of each word after a switch, should it prove to be nothing else than its value.
+    """
+    words, given, doubtful = [], list(argv), {}
     while given:
         option, _, value = (word := given.pop(0)).partition("=")
         before, _, name = option.removeprefix("--").replace("_", "-").rpartition(".")
@@ -118,16 +125,19 @@ def _without_values(argv: Sequence[str], switches: set[tuple[str, str]]) -> list
         if option.startswith("--") and (prefix, name) in switches:
             if not value and given and given[0] in ("True", "False"):
                 value = given.pop(0)
+            said = f"is a switch; give {option} or --{prefix}no-{name}"
             if value not in ("", "True", "False"):
-                raise UserError(f"{word:.60}: is a switch; give {option} or --{prefix}no-{name}")
+                raise UserError(f"{word:.60}: {said}")
+            if not value and given:
+                doubtful[given[0]] = f"{word} {given[0]:.60}: {said}"
             if value:
                 word = f"--{prefix}{'' if value == 'True' else 'no-'}{name}"
         words.append(word)
-    return words
+    return words, doubtful
 
 
 @contextlib.contextmanager
-def _one_line_errors(command: str) -> Iterator[None]:
+def _one_line_errors(command: str, doubtful: Mapping[str, str] = MappingProxyType({})) -> Iterator[None]:
     output = io.StringIO()
     try:
         with contextlib.redirect_stderr(output):
@@ -135,7 +145,11 @@ def _one_line_errors(command: str) -> Iterator[None]:
     except SystemExit as stop:
         if not stop.code:
             raise
-        raise UserError(f"{flatten(output.getvalue())}; see jaxwalk {command} --help") from None
+        said = flatten(output.getvalue())
+        for word, better in doubtful.items():
+            if said.startswith(f"Unrecognized options: {word}"):
+                said = better
+        raise UserError(f"{said}; see jaxwalk {command} --help") from None
 
 
 def flatten(box: str) -> str:
@@ -158,7 +172,7 @@ def flatten(box: str) -> str:
         if paragraph.startswith("Perhaps you meant"):
             parts.append("perhaps you meant " + " or ".join(re.findall(r"(?<!\S)--[\w.-]+", paragraph)[:3]))
         elif not paragraph.startswith("For full helptext"):
-            parts.append(paragraph.removeprefix("Argument helptext: ").rstrip("."))
+            parts.append(paragraph.removeprefix("Argument helptext: ").removesuffix(_NO_DEFAULT).rstrip("."))
     return "; ".join(parts)
 
 
@@ -204,32 +218,59 @@ def _names_of(metavar: str, read: Callable[[str], str]) -> tyro.constructors.Pri
     )
 
 
+def _optional(read: Callable[[str], Any], metavar: str) -> tyro.constructors.PrimitiveConstructorSpec:
+    """What may be left out, and is None then; tyro itself would name None among the choices."""
+    return tyro.constructors.PrimitiveConstructorSpec(
+        nargs=1,
+        metavar=metavar,
+        instance_from_str=lambda values: read(values[0]),
+        is_instance=lambda value: True,  # defaults are ours
+        str_from_instance=lambda value: [plain(value)],
+    )
+
+
+def _one_of(kind: Any) -> Callable[[str], str]:
+    """Reads one of a Literal's values."""
+
+    def read(text: str) -> str:
+        if text not in get_args(kind):
+            raise ValueError(f"{text!r:.60} is none of {', '.join(get_args(kind))}")
+        return text
+
+    return read
+
+
+def _braced(kind: Any) -> str:
+    return f"{{{','.join(get_args(kind))}}}"
+
+
 POLICIES = (
     "A run folder, a policy file, 'shipped', 'shipped-rigid' (on stiff legs), 'fixed' (the nominal step, "
     "never adapted), 'constant' (a step searched for, never adapted), or a rule: 'raibert' (length from "
     "speed), 'capture-point' (length and duration), 'replan' (planned at every tick)."
 )
 Policy = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="POLICY", help=POLICIES)]
-OptionalPolicy = Annotated[str | None, tyro.conf.arg(metavar="POLICY")]
-OptionalFile = Annotated[Path | None, tyro.conf.arg(metavar="PATH")]
-OptionalFloat = Annotated[float | None, tyro.conf.arg(metavar="FLOAT")]
-OptionalInt = Annotated[int | None, tyro.conf.arg(metavar="INT")]
+OptionalPolicy = Annotated[str | None, _optional(str, "POLICY")]
+OptionalFile = Annotated[Path | None, _optional(Path, "PATH")]
+OptionalFloat = Annotated[float | None, _optional(float, "FLOAT")]
+OptionalInt = Annotated[int | None, _optional(int, "INT")]
 OptionalModel = Annotated[
     BodyModel | None,
+    _optional(_one_of(BodyModel), _braced(BodyModel)),
     tyro.conf.arg(
-        metavar=f"{{{','.join(get_args(BodyModel))}}}",
         help="The body: in the plane, or free between two frictionless walls, as the paper's. Default: that "
         "of the policy's configuration.",
     ),
 ]
 OptionalActuators = Annotated[
     Actuators | None,
+    _optional(_one_of(Actuators), _braced(Actuators)),
     tyro.conf.arg(
-        metavar=f"{{{','.join(get_args(Actuators))}}}",
         help="Whose strength the joints have: a young man's, a powered exoskeleton's, or no limit but the "
         "motors'. Default: that of the policy's configuration.",
     ),
 ]
+OptionalPreset = Annotated[PresetName | None, _optional(_one_of(PresetName), _braced(PresetName))]
 Impulses = Annotated[tuple[float, ...], _list_of("impulses")]
 """Impulses in N s, as ``30,-40`` on the command line; positive ones push forward."""
 Numbers = Annotated[tuple[float, ...], _list_of("numbers")]

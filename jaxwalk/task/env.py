@@ -8,7 +8,7 @@ runs until the touch-down, so a batch waits for its slowest walker; the trainer'
 from __future__ import annotations
 
 import dataclasses
-from typing import cast
+from typing import NoReturn, cast
 
 import jax
 import jax.numpy as jnp
@@ -16,6 +16,8 @@ from brax import envs
 from brax.envs.base import Env, State
 from jaxtyping import Array, Float, PRNGKeyArray
 
+from jaxwalk.common import runtime
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, validate
 from jaxwalk.control.person import model_of
 from jaxwalk.task import backend, footstep, spawn, stepper
@@ -42,12 +44,15 @@ class FootstepEnv(Env):
 
     Args:
       config: who walks, what is seen and rewarded, which pushes come; the default preset if None.
+      backend: as Brax's callers name it; there is one.
 
     Raises:
-      UserError: a value of ``config`` is out of range.
+      UserError: a value of ``config`` is out of range, or another backend.
     """
 
-    def __init__(self, config: Config | None = None) -> None:
+    def __init__(self, config: Config | None = None, backend: str = "mjx") -> None:
+        if backend != self.backend:
+            raise UserError(f"backend {backend!r}: give {self.backend}, or leave it out")
         self.config = Config() if config is None else config
         validate.check(self.config)
         self._task = Task.of(self.config)
@@ -63,10 +68,31 @@ class FootstepEnv(Env):
         return len(footstep.ACTIONS)
 
     @property
+    def dt(self) -> float:
+        """Seconds that a step lasts, as a rule: a nominal footstep, or until the next decision is due."""
+        task = self._task
+        if not task.replan:
+            return self.config.gait.duration_nominal
+        return task.replan * task.setup.window_ticks * task.setup.timestep
+
+    @property
+    def sys(self) -> NoReturn:
+        """Brax's system, which there is none of.
+
+        Raises:
+          AttributeError: always; it says what is there instead.
+        """
+        raise AttributeError(
+            "FootstepEnv has no sys, and takes no randomization_fn: give config.train.height_spread, "
+            "mass_spread and config.circumstances; jaxwalk render draws it"
+        )
+
+    @property
     def backend(self) -> str:
         """What moves the body, as Brax asks of its environments."""
         return "mjx"
 
+    @runtime.in_float32()
     def reset(self, rng: Array) -> State:
         """A new walker as training meets them, whose front foot has just landed.
 
@@ -87,13 +113,14 @@ class FootstepEnv(Env):
             info=dict(rng=key, truncation=zero, final_observation=fresh.observation),
         )
 
+    @runtime.in_float32()
     def step(self, state: State, action: Float[Array, "2"]) -> State:
         """Take one footstep, or as much of it as one decision is for (``config.task.replan``). A walker that
         is done stays so and earns 0."""
         key, renew_key = jax.random.split(state.info["rng"])
         before = self._renew(cast(Stepper, state.pipeline_state), renew_key)
         over = before.done
-        after = self._walk(stepper.decide(before, action))
+        after = self._walk(stepper.decide(before, jnp.asarray(action, jnp.float32)))
         last = after.last
         # What is not finite closes no footstep: it costs a fall, and the last sound observation stands.
         reward = jnp.where(last.closed, last.transition.reward, self._task.reward.fall)

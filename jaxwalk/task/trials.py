@@ -18,6 +18,7 @@ from flax import struct
 from jax.sharding import Mesh
 from jaxtyping import Array, Bool, Float, Int
 
+from jaxwalk.common import runtime
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import GaitConfig
 from jaxwalk.control import walker
@@ -33,6 +34,7 @@ SETTLE_SECONDS = 3.0  # statistics begin after this
 PUSH_STEP = 6  # the footstep, counted from the start, in which the push comes
 RECOVERED = 0.1  # m/s off the profile, paper's "steady"
 OFF_SECONDS = 0.05
+TRIAL_BYTES = 50_000  # that one takes while it is advanced, measured on native code
 GOES_ON = 0.5  # of the speed asked for
 
 Params = Any  # whatever ``act`` wants
@@ -298,6 +300,8 @@ class Runner:
         self.task = task = task.endless()
         block = backend.block(task.setup)
         whole = mesh.size * block
+        if jax.default_backend() == "cpu":  # which ends the process where memory is short
+            batch = min(batch, max(whole, runtime.memory_left() // 2 // TRIAL_BYTES))
         self.batch = -(-batch // whole) * whole
         self._window_seconds = task.setup.timestep * task.setup.window_ticks
         self.begin = spread(

@@ -4,10 +4,12 @@ import os
 import pty
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from jaxwalk import cli
+from jaxwalk.measure.bench.options import BenchArgs
 
 BAD = [
     ([], ["no command", "train"]),
@@ -25,7 +27,16 @@ BAD = [
     (["train", "--train.walkers", "0"], ["--train.walkers 0", "above 0"]),
     (["train", "--observation", "mood"], ["'mood'", "--observation", "'pitch'"]),
     (["train", "--observation", "speed", "speed"], ["--observation", "each once"]),
-    (["train", "--preset", "best"], ["'best'", "--preset", "'paper'"]),
+    (["train", "--preset", "best"], ["'best' is none of default, gpu, quick, paper, smoke, rigid"]),
+    (["evaluate", "fixed", "--model", "best"], ["--model", "'best' is none of planar, walls"]),
+    (["evaluate", "fixed", "--replicas", "2.5"], ["--replicas", "'2.5'", "INT"]),
+    (
+        ["export", "shipped", "--out", "x", "--verify", "maybe"],
+        ["--verify maybe: is a switch", "--no-verify"],
+    ),
+    (["evaluate", "fixed", "--walkers", "4000000000"], ["--walkers 4000000000: more than the memory holds"]),
+    (["push-map", "fixed", "--out", "x", "--replicas", "4000000000"], ["--replicas", "more than the memory"]),
+    (["train", "--train.walkers", "4000000000"], ["--train.walkers 4000000000", "give", "at most"]),
     (["train", "--body.mass", "-5"], ["mass -5", "between 5 and 500 kg"]),
     (["train", "--seed", "-1"], ["--seed -1", "0 to 4294967295"]),
     (["train", "surplus"], ["surplus"]),
@@ -121,12 +132,40 @@ def test_an_export_does_not_replace_a_run_s_policy(jaxwalk_cli, tmp_path):
     assert (tmp_path / "policy.safetensors").read_bytes() == b"precious"
 
 
+def test_an_export_replaces_an_earlier_one(jaxwalk_cli, tmp_path):
+    for _ in range(2):
+        code, _, error = jaxwalk_cli("export", "shipped", "--out", tmp_path / "[/x]*?")
+        assert (code, error) == (0, "")
+    (tmp_path / "[/x]*?" / "config.json").write_text("{}")  # a run that somebody exported into
+    assert jaxwalk_cli("export", "shipped", "--out", tmp_path / "[/x]*?")[0] == 2
+
+
 def test_ctrl_c_is_one_line_and_130(jaxwalk_cli, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(sys.modules["jaxwalk.measure.bench.command"], "main", interrupted)
     assert jaxwalk_cli("bench") == (130, "", "jaxwalk: interrupted\n")
+
+
+@pytest.mark.parametrize("argv", [["--help"], ["train", "--help"], ["trian"]])
+def test_a_full_disk_behind_the_output_is_one_line(argv):
+    """And behind standard error: nothing to read, but no other code."""
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "jaxwalk", *argv],
+            stdout=full, stderr=full if argv == ["trian"] else subprocess.PIPE, check=False,
+        )  # fmt: skip
+    assert done.returncode == 2
+    if done.stderr is not None:
+        assert done.stderr.startswith(b"jaxwalk: error: cannot write standard output: No space left")
+        assert done.stderr.count(b"\n") == 1
+
+
+def test_the_picture_of_batches_does_not_replace_their_numbers(jaxwalk_cli, called, tmp_path):
+    code, _, error = jaxwalk_cli("bench", "--batches", "2,4", "--json", tmp_path / "b.png")
+    assert (code, called) == (2, []) and "give one with .json" in error
+    assert BenchArgs(batches=(2.0,), json=Path(os.devnull)).picture() is None
 
 
 @pytest.mark.parametrize("terminal", [True, False])

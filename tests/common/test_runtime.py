@@ -62,6 +62,19 @@ def test_importing_the_package_changes_nothing():
     subprocess.run([sys.executable, "-c", program], check=True)
 
 
+def test_the_memory_that_is_left_is_the_least_of_machine_container_and_limit(tmp_path, monkeypatch):
+    whole = runtime.memory_left()
+    assert 2**20 < whole < 2**50
+    (tmp_path / "memory.max").write_text("5000000\n")
+    (tmp_path / "memory.current").write_text("2000000\n")
+    monkeypatch.setattr(runtime, "_CGROUPS", tmp_path)
+    assert runtime.memory_left() == 3_000_000
+    (tmp_path / "memory.max").write_text("max\n")
+    assert runtime.memory_left() > 3_000_000
+    monkeypatch.setattr(runtime.resource, "getrlimit", lambda which: (1000, 1000))
+    assert runtime.memory_left() == 0
+
+
 def test_a_containers_share_of_the_cores_is_read(tmp_path):
     for text, cores in (("max 100000", None), ("150000 100000", 1), ("400000 100000", 4), ("junk", None)):
         (tmp_path / "cpu.max").write_text(text + "\n")

@@ -1,7 +1,9 @@
 """The run folder: complete, readable, never overwritten."""
 
+import errno
 import json
 import re
+import threading
 
 import jax.numpy as jnp
 import numpy as np
@@ -11,6 +13,7 @@ from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, DDPGConfig
 from jaxwalk.learn.runs import run_folder
+from jaxwalk.learn.runs.events import Events
 from jaxwalk.learn.runs.run_folder import RunFolder
 
 CONFIG = Config(ddpg=DDPGConfig(gamma=0.5))
@@ -123,3 +126,70 @@ def test_a_run_begun_from_python_can_be_gone_on_with(tmp_path):
     typed = "jaxwalk.train(config, 'run', seed=3, seeds=1)"
     with RunFolder.create(tmp_path / "run", Config(), 3, typed) as folder:
         assert run_folder.load_origin(folder.path).command == typed
+
+
+def test_names_of_one_second_are_handed_out_once(tmp_path, monkeypatch):
+    """To processes, too: the folder is there when its name is."""
+    monkeypatch.chdir(tmp_path)
+    names = [run_folder.dated() for _ in range(3)]
+    assert len(set(names)) == 3 and all(name.is_dir() for name in names)
+
+
+def test_who_comes_second_into_a_folder_is_told_that_it_holds_a_run(tmp_path, monkeypatch):
+    with RunFolder.create(tmp_path / "run", CONFIG, 0, "first"):
+        looks = iter([lambda path: None, run_folder.check_free])
+        # The other began between the look and the making.
+        monkeypatch.setattr(run_folder, "check_free", lambda path: next(looks)(path))
+        with pytest.raises(UserError, match="already holds a run"):
+            RunFolder.create(tmp_path / "run", CONFIG, 0, "second")
+    assert json.loads((tmp_path / "run" / "config.json").read_text())["command"] == "first"
+
+
+def test_a_folder_that_could_not_be_begun_is_as_it_was(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patch, pytest.raises(UserError, match="No space left"):
+        patch.setattr(files, "replace", full)
+        RunFolder.create(tmp_path / "run", CONFIG, 0, "")
+    assert list((tmp_path / "run").iterdir()) == []
+    with monkeypatch.context() as patch, pytest.raises(UserError, match="No space left"):
+        patch.setattr(run_folder.fcntl, "flock", full)
+        RunFolder.create(tmp_path / "run", CONFIG, 0, "")
+    assert list((tmp_path / "run").iterdir()) == []
+    RunFolder.create(tmp_path / "run", CONFIG, 0, "").close()
+
+
+def test_a_file_system_without_locks_is_told_of_and_used(tmp_path, monkeypatch, capsys):
+    def missing(*_):
+        raise OSError(errno.ENOSYS, "Function not implemented")
+
+    monkeypatch.setattr(run_folder.fcntl, "flock", missing)
+    with RunFolder.create(tmp_path / "run", CONFIG, 0, "") as folder:
+        folder.log({"footsteps": 1})
+    assert capsys.readouterr().out.startswith(f"no locks on the file system of {tmp_path / 'run'}")
+    assert run_folder.read_metrics(tmp_path / "run") == [{"footsteps": 1}]
+
+
+def test_no_thread_of_tensorboard_s_holds_a_run_whose_disk_is_full(folder, monkeypatch, capsys):
+    def full(*_, **__):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    before = threading.active_count()
+    folder.log({"footsteps": 1, "a": 1.0})
+    assert threading.active_count() == before
+    monkeypatch.setattr(Events, "_write", full)
+    for footsteps in range(2, 40):  # more than a queue would hold
+        folder.log({"footsteps": footsteps, "a": 1.0})
+    assert len(run_folder.read_metrics(folder.path)) == 39
+    assert capsys.readouterr().out.count("TensorBoard gets no more") == 1
+
+
+def test_events_of_a_later_process_come_later_whatever_the_clock_says(tmp_path):
+    (tmp_path / "events.out.tfevents.4000000000.host").touch()
+    for _ in range(2):
+        events = Events(tmp_path, None)
+        events.log(1, {"a": 1.0})
+        events.close()
+    names = sorted(path.name for path in tmp_path.iterdir())
+    assert [name.split(".")[3] for name in names] == ["4000000000", "4000000001", "4000000002"]

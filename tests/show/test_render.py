@@ -121,3 +121,13 @@ def test_a_folder_that_is_gone_is_one_line(monkeypatch, walk, tmp_path):
     monkeypatch.setattr(recording, "record", lambda *_: walk)
     with pytest.raises(UserError, match=r"cannot write .*absent"):
         command.main(_args(tmp_path / "absent" / "walk.png"))
+
+
+def test_an_ffmpeg_without_the_encoder_is_one_line_with_the_cure(tmp_path, monkeypatch):
+    fake = tmp_path / "ffmpeg"
+    fake.write_text("#!/bin/sh\necho ' V..... mpeg4'\n")
+    fake.chmod(0o755)
+    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", str(fake))
+    assert "lacks libx264; unset IMAGEIO_FFMPEG_EXE" in command._encoder("much\nelse")
+    fake.write_text("#!/bin/sh\necho ' V..... libx264'\n")
+    assert command._encoder("the first\nof many") == "the first"

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from brax import envs
 
+from jaxwalk.common.errors import UserError
 from jaxwalk.config import PushConfig, TrainConfig
 from jaxwalk.config.presets import PRESETS
 from jaxwalk.task import collect, footstep, stepper
@@ -44,6 +45,19 @@ class Counted:
 @pytest.fixture(scope="module")
 def env():
     return envs.get_environment("jaxwalk_footstep", config=CONFIG)
+
+
+def test_brax_s_callers_are_told_what_there_is():
+    env = envs.get_environment("jaxwalk_footstep", config=CONFIG, backend="mjx")
+    assert isinstance(env, FootstepEnv)
+    assert (env.backend, env.dt) == ("mjx", CONFIG.gait.duration_nominal)
+    assert FootstepEnv().dt == pytest.approx(0.1)  # asked every 100 ms
+    with pytest.raises(UserError, match="backend 'spring': give mjx"):
+        envs.get_environment("jaxwalk_footstep", backend="spring")
+    assert not hasattr(env, "sys")
+    randomised = envs.training.wrap
+    with pytest.raises(AttributeError, match=r"no randomization_fn: give config\.train"):
+        randomised(env, randomization_fn=lambda sys: (sys, sys))
 
 
 @pytest.fixture(scope="module")

@@ -11,6 +11,8 @@ import jax.numpy as jnp
 from jax.sharding import AxisType, Mesh, NamedSharding, PartitionSpec
 from jaxtyping import Array, Bool
 
+from jaxwalk.common import runtime
+
 AXIS = "walkers"
 
 BLOCK = 32
@@ -99,6 +101,7 @@ def alike(function: Callable[..., Any], mesh: Mesh, split: tuple[bool, ...]) -> 
     rounds otherwise. It costs a compilation for each device.
     """
     program = jax.jit(function, donate_argnums=len(split) - 1)
+    called = runtime.as_ours()(lambda arguments: program(*arguments))  # JAX's settings are each thread's
     rows, whole = NamedSharding(mesh, PartitionSpec(AXIS)), NamedSharding(mesh, PartitionSpec())
 
     def run(*arguments: Any) -> Any:
@@ -108,7 +111,7 @@ def alike(function: Callable[..., Any], mesh: Mesh, split: tuple[bool, ...]) -> 
         # On a CPU a program runs in the thread that calls it.
         with ThreadPoolExecutor(mesh.size) as threads:
             mine = ([shard[device] for shard in shards] for device in mesh.devices.flat)
-            done = list(threads.map(lambda leaves: program(*jax.tree.unflatten(tree, leaves)), mine))
+            done = list(threads.map(lambda leaves: called(jax.tree.unflatten(tree, leaves)), mine))
 
         def joined(*parts: Any) -> Any:
             shape = (len(parts) * parts[0].shape[0], *parts[0].shape[1:])

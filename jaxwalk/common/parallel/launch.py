@@ -20,6 +20,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from jaxwalk.common import environment
 from jaxwalk.common.errors import Agreed, UserError
 
 LOST = 3  # exit code: another process has gone
@@ -88,6 +89,7 @@ def joined(place: Place, go_on: str) -> Iterator[None]:
         _connect(place)
         quiet.connected = True
         try:
+            environment.start_devices()
             _check_alike()
             yield
         except Agreed:

@@ -10,8 +10,13 @@ from jaxwalk.deploy.compliant import stance as standing
 from jaxwalk.deploy.compliant import step_plan, swing
 from jaxwalk.deploy.kinematics import Posture
 from jaxwalk.deploy.person import Person
-from jaxwalk.deploy.sensors import Estimate
+from jaxwalk.deploy.sensors import Estimate, Sensors
 from jaxwalk.deploy.step_clock import Clock
+
+
+def let_go(said: Sensors) -> np.ndarray:
+    """[6] no torque."""
+    return np.zeros(6, np.float32)
 
 
 def start(who: Person, gravity: np.float32, posture: Posture, estimate: Estimate, stance: int) -> Clock:

@@ -9,10 +9,17 @@ import numpy as np
 from jaxwalk.deploy.kinematics import Posture
 from jaxwalk.deploy.person import Person
 from jaxwalk.deploy.rigid import back_step, controllers, phases
-from jaxwalk.deploy.sensors import Estimate
+from jaxwalk.deploy.sensors import Estimate, Sensors
 from jaxwalk.deploy.step_clock import Clock
 
 command = controllers.command
+
+
+def let_go(said: Sensors) -> np.ndarray:
+    """[6] hips at rest, knees as ``said``, ankles without torque."""
+    free = np.zeros((2, 3), np.float32)
+    free[:, 1] = said.joints[:, 1]
+    return free.reshape(6)
 
 
 def start(who: Person, gravity: np.float32, posture: Posture, estimate: Estimate, stance: int) -> Clock:

@@ -27,6 +27,7 @@ from flax import linen
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 
 from jaxwalk.common.errors import UserError
+from jaxwalk.common.interrupt import Stop
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
 from jaxwalk.learn.brax.options import PPO, SAC, PPOArgs, SACArgs
@@ -35,7 +36,6 @@ from jaxwalk.learn.policies.policy import Policy
 from jaxwalk.learn.runs.progress import Progress
 from jaxwalk.learn.runs.run_folder import RunFolder
 from jaxwalk.learn.train.examined import Examined
-from jaxwalk.learn.train.interrupt import Stop
 from jaxwalk.task import footstep, rules
 from jaxwalk.task.env import FootstepEnv
 
@@ -203,7 +203,7 @@ class _Ended(Exception):
 def train(config: Config, args: PPOArgs | SACArgs, command: str) -> Path:
     """Train, and return the run folder.
 
-    Ctrl-C (or SIGTERM) ends at the next evaluation and keeps the best policy so far.
+    Ctrl-C (or SIGTERM, SIGHUP) ends at the next evaluation and keeps the best policy so far.
 
     Raises:
       UserError: a folder that cannot be used, or walkers that the devices cannot share.

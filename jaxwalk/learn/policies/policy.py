@@ -21,7 +21,7 @@ import numpy as np
 import safetensors.numpy
 from jaxtyping import Array, Float
 
-from jaxwalk.common import untrusted, untrusted_arrays
+from jaxwalk.common import files, untrusted, untrusted_arrays
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.untrusted import Bad
 from jaxwalk.config import Config, to_dict
@@ -175,19 +175,10 @@ def write(policy: Policy, path: str | os.PathLike[str]) -> None:
       OSError: the file cannot be written there.
       ValueError: a policy that ``load`` would refuse.
     """
-    path = Path(path)
     numbers = tensors(policy)
     if problem := _problem(policy.metadata, numbers):
         raise ValueError(f"policy not saved: {problem}")
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        with open(temporary, "wb") as file:
-            file.write(safetensors.numpy.save(numbers, header(policy)))
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    files.replace(Path(path), safetensors.numpy.save(numbers, header(policy)))
 
 
 def load(path: str | os.PathLike[str]) -> Policy:

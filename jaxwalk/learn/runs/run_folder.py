@@ -12,26 +12,29 @@ from __future__ import annotations
 
 import contextlib
 import datetime
+import errno
 import fcntl
 import hashlib
-import math
+import itertools
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from jaxwalk.common import runtime, untrusted
+from jaxwalk.common import files, runtime, untrusted
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.files import to_json, write_json
 from jaxwalk.config import Config, of_dict, to_dict, validate
+from jaxwalk.learn.runs.events import Events
 
 CONFIG, METRICS, SUMMARY = "config.json", "metrics.jsonl", "summary.json"
 POLICY, CHECKPOINTS, PICTURE = "policy.safetensors", "checkpoints", "training.png"
 RESUME = "resume"
 MAX_METRICS = 64 * 2**20  # bytes; a training of hours has a megabyte
 _CURE = "give a run folder of jaxwalk train"
+_NO_LOCKS = {errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOLCK, errno.EINVAL}  # Lustre, some NFS
 _OURS = (CONFIG, METRICS, SUMMARY, POLICY, CHECKPOINTS, PICTURE, RESUME)
 
 
@@ -60,7 +63,8 @@ class RunFolder:
         self.resume = path / RESUME
         self.writes = writes
         self._purge: int | None = None
-        self._events: Any = None
+        self._events: Events | None = None
+        self._unshown: OSError | None = None  # why TensorBoard gets no more
         if not self.writes:
             return
         self._metrics = (path / METRICS).open("a")
@@ -69,6 +73,11 @@ class RunFolder:
         except BlockingIOError:
             self._metrics.close()
             raise UserError(f"{path} is in use by another jaxwalk: wait until it has ended") from None
+        except OSError as error:
+            if error.errno not in _NO_LOCKS:
+                self._metrics.close()
+                raise
+            print(f"no locks on the file system of {path}: see that no other jaxwalk uses it", flush=True)
 
     @classmethod
     def create(cls, path: Path | None, config: Config, seed: int, command: str) -> RunFolder:
@@ -77,16 +86,26 @@ class RunFolder:
         Raises:
           UserError: the folder holds a run already, or cannot be written.
         """
-        if path is not None:
+        if path is None:
+            path = dated()
+        else:
             check_free(path)
-        path = path or dated()
         record = {"config": to_dict(config), "seed": seed, "command": command, **runtime.hardware()}
         record["versions"]["stepper"] = _stepper(config)
         try:
             (path / CHECKPOINTS).mkdir(parents=True)
+        except OSError as error:
+            check_free(path)  # somebody else may have begun a run there just now
+            raise UserError(_unwritable(path, error.strerror or str(error))) from error
+        try:
             write_json(path / CONFIG, record)
             return cls(path)
-        except OSError as error:
+        except (OSError, UserError) as error:
+            for name in (CONFIG, METRICS):
+                (path / name).unlink(missing_ok=True)
+            (path / CHECKPOINTS).rmdir()  # or a second try would find a run
+            if isinstance(error, UserError):
+                raise
             raise UserError(_unwritable(path, error.strerror or str(error))) from error
 
     @classmethod
@@ -138,13 +157,14 @@ class RunFolder:
             return
         self._metrics.write(to_json(row) + "\n")
         self._metrics.flush()  # a killed run keeps every line
-        if self._events is None:
-            from tensorboardX import SummaryWriter  # slow to import, and readers do without
-
-            self._events = SummaryWriter(str(self.path), purge_step=self._purge)
-        for name, value in row.items():
-            if name != "footsteps" and math.isfinite(value):
-                self._events.add_scalar(name, float(value), int(row["footsteps"]))
+        if self._unshown is None:
+            try:
+                self._events = self._events or Events(self.path, self._purge)
+                scalars = {name: float(value) for name, value in row.items() if name != "footsteps"}
+                self._events.log(int(row["footsteps"]), scalars)
+            except OSError as error:  # no reason to end a run, whose numbers metrics.jsonl holds
+                self._unshown = error
+                print(f"TensorBoard gets no more of {self.path}: {error.strerror}", flush=True)
 
     def write_summary(self, summary: Mapping[str, Any]) -> None:
         """Write ``summary.json``, whole or not at all."""
@@ -164,7 +184,6 @@ class RunFolder:
             self._metrics.close()
         finally:
             if self._events is not None:
-                # On a full disk TensorBoard lacks the end; metrics.jsonl tells of it.
                 with contextlib.suppress(OSError):
                     self._events.close()
 
@@ -186,20 +205,20 @@ def check_free(path: Path) -> None:
       UserError: it holds a run already, or cannot be made or written.
     """
     check_none("--run-dir", path)
-    nearest = next(p for p in (path, *path.absolute().parents) if os.path.lexists(p))
-    if not os.path.isdir(nearest):
-        raise UserError(_unwritable(path, f"{nearest} is not a folder"))
-    if not os.access(nearest, os.W_OK | os.X_OK):
-        raise UserError(_unwritable(path, f"{nearest} is closed to us"))
+    if problem := files.unusable(path):
+        raise UserError(_unwritable(path, problem))
 
 
-def check_none(option: str, path: Path) -> None:
+def check_none(option: str, path: Path, but: Collection[str] = ()) -> None:
     """See that nothing of a run would be overwritten in ``path``.
+
+    Args:
+      but: names that are no sign of one.
 
     Raises:
       UserError: it holds a run.
     """
-    held = [name for name in _OURS if os.path.lexists(path / name)]
+    held = [name for name in _OURS if name not in but and os.path.lexists(path / name)]
     if held:
         raise UserError(f"{path} already holds a run ({held[0]}): give {option} another folder")
 
@@ -321,18 +340,23 @@ def _rows(file: Path, lines: Sequence[bytes]) -> list[dict[str, Any]]:
 
 
 def dated() -> Path:
-    """A free folder named by the date and the time.
+    """A new folder named by the date and the time.
 
     Raises:
-      UserError: it cannot be written.
+      UserError: it cannot be made.
     """
     stem = Path("runs") / datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
-    path, count = stem, 1
-    while os.path.lexists(path):  # two runs begun within a second
-        count += 1
-        path = stem.with_name(f"{stem.name}-{count}")
-    check_free(path)
-    return path
+    for count in itertools.count(1):
+        path = stem if count == 1 else stem.with_name(f"{stem.name}-{count}")
+        try:
+            path.parent.mkdir(exist_ok=True)
+            path.mkdir()  # whoever comes second within a second takes the next name
+            return path
+        except FileExistsError:
+            check_free(path.parent / "new")  # unless "runs" itself is in the way
+        except OSError as error:
+            raise UserError(_unwritable(path, error.strerror or str(error))) from error
+    raise AssertionError  # there are names enough
 
 
 def _unwritable(path: Path, reason: str) -> str:

@@ -16,7 +16,7 @@ from jaxwalk.config import Config, validate
 from jaxwalk.config.presets import PRESETS, PresetName, of_machine
 from jaxwalk.learn.sweep import space
 from jaxwalk.options import checks
-from jaxwalk.options.parse import OptionalFile, checked, parse_known
+from jaxwalk.options.parse import OptionalFile, OptionalPreset, checked, parse_known
 
 Sets = Annotated[tuple[str, ...], tyro.conf.arg(metavar="OPTION=LOW:HIGH[:log]|OPTION=VALUE,VALUE")]
 OptionalText = Annotated[str | None, tyro.conf.arg(metavar="URL|PATH")]
@@ -24,7 +24,7 @@ OptionalText = Annotated[str | None, tyro.conf.arg(metavar="URL|PATH")]
 
 @dataclass(frozen=True)
 class _Origin:
-    preset: PresetName | None = None
+    preset: OptionalPreset = None
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from optuna.trial import FrozenTrial, TrialState
 from rich.console import Console
 from rich.table import Table
 
-from jaxwalk.common import files
+from jaxwalk.common import figures, files
 from jaxwalk.learn.policies import provenance
 from jaxwalk.learn.sweep import picture, space
 from jaxwalk.learn.sweep.space import Dimension
@@ -53,7 +53,8 @@ def write(study: Study, dimensions: Sequence[Dimension], args: SweepArgs, folder
             for row in rows
         ]
         files.write_bytes(folder / "sweep.csv", files.to_csv(lines))
-        picture.draw(rows, dimensions, weights, folder / "sweep.png")
+        with figures.spare(print):
+            picture.draw(rows, dimensions, weights, folder / "sweep.png")
     _print(best, dimensions, told["states"], folder)
 
 

@@ -16,6 +16,7 @@ from optuna.samplers import BaseSampler, TPESampler
 from optuna.study import Study
 from optuna.trial import FrozenTrial, Trial, TrialState
 
+from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config, of_dict, to_dict
 from jaxwalk.learn.sweep import space
@@ -148,10 +149,18 @@ def _plain(value: Any) -> Any:
 
 def _open(storage: str) -> optuna.storages.BaseStorage:
     if "://" not in storage:
-        from optuna.storages.journal import JournalFileBackend, JournalStorage
+        from optuna.storages.journal import JournalFileBackend, JournalFileSymlinkLock, JournalStorage
+
+        class Lock(JournalFileSymlinkLock):
+            """Optuna's, which whoever appends holds; a line that was cut short is nobody's then."""
+
+            def acquire(self) -> bool:
+                acquired = super().acquire()
+                files.drop_stump(Path(storage))
+                return acquired
 
         Path(storage).parent.mkdir(parents=True, exist_ok=True)
-        return JournalStorage(JournalFileBackend(storage))
+        return JournalStorage(JournalFileBackend(storage, Lock(storage)))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
         return optuna.storages.RDBStorage(storage, heartbeat_interval=_HEARTBEAT, grace_period=_GRACE)

@@ -10,6 +10,8 @@ from typing import Any
 
 from jax.sharding import Mesh
 
+from jaxwalk.common import figures
+from jaxwalk.common.interrupt import Stop
 from jaxwalk.config import Config
 from jaxwalk.learn.policies import policy
 from jaxwalk.learn.policies.policy import Policy
@@ -18,7 +20,6 @@ from jaxwalk.learn.runs.progress import Progress
 from jaxwalk.learn.runs.run_folder import RunFolder
 from jaxwalk.learn.train.evaluation import Exam, Marks
 from jaxwalk.learn.train.finals import Finals
-from jaxwalk.learn.train.interrupt import Stop
 
 
 class Examined:
@@ -63,7 +64,8 @@ class Examined:
         if finite:
             self._found[footsteps] = marks
         self._finals.enter(kept, marks.score)
-        picture.training_png(self._rows, self._folder.picture)
+        with figures.spare(self._progress.note):
+            picture.training_png(self._rows, self._folder.picture)
         self._progress.note(
             f"evaluation at {footsteps:,} footsteps: {marks.survival:.0%} of the pushed walk on, "
             f"{marks.calm:.0%} of the others stay up, {marks.speed:.2f} m/s"

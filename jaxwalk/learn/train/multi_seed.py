@@ -13,6 +13,7 @@ import jax
 import numpy as np
 
 from jaxwalk.common.errors import UserError
+from jaxwalk.common.interrupt import Stop
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
 from jaxwalk.learn.policies import policy
@@ -21,7 +22,6 @@ from jaxwalk.learn.runs.progress import Progress
 from jaxwalk.learn.runs.run_folder import RunFolder
 from jaxwalk.learn.train import lanes, out_of_resources, seeds_summary
 from jaxwalk.learn.train.evaluation import Marks
-from jaxwalk.learn.train.interrupt import Stop
 from jaxwalk.learn.train.lane_evaluation import Exams
 from jaxwalk.learn.train.lanes import Lanes
 from jaxwalk.learn.train.trainer import Advance, Asked, Assess, Settle, Training
@@ -33,7 +33,7 @@ _RATE = "train/footsteps_per_second"
 def run_many(config: Config, run_dir: Path | None, first: int, count: int, command: str) -> Path:
     """Train seeds ``first`` to ``first + count - 1``, and return the folder that holds their run folders.
 
-    Each is trained as ``run`` does it on one device. Ctrl-C (or SIGTERM) ends all after the report
+    Each is trained as ``run`` does it on one device. Ctrl-C (or SIGTERM, SIGHUP) ends all after the report
     under way. A seed that fails ends alone.
 
     Raises:

@@ -14,12 +14,12 @@ from jaxwalk.config import Config, validate
 from jaxwalk.config.presets import PRESETS, PresetName, of_machine
 from jaxwalk.learn.runs import run_folder, seeds_folder
 from jaxwalk.options import checks, shared
-from jaxwalk.options.parse import OptionalFile, checked, parse_known
+from jaxwalk.options.parse import OptionalFile, OptionalPreset, checked, parse_known
 
 
 @dataclass(frozen=True)
 class _Origin:
-    preset: PresetName | None = None
+    preset: OptionalPreset = None
     resume: OptionalFile = None
 
 
@@ -61,6 +61,7 @@ class TrainArgs:
         checks.between("--seeds", self.seeds, 1, 1024, ", each a training of its own")
         checks.seed(self.seed + self.seeds - 1)
         validate.check(self.config)
+        checks.walkers("--train.walkers", self.config.train.walkers)
         checks.between("--es.candidates", self.config.es.candidates, 4, 10_000, ", half of which are kept")
         self.place.check()
         if self.distributed and self.seeds > 1:

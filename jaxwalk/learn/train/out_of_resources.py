@@ -8,8 +8,22 @@ from pathlib import Path
 
 import jax
 
+from jaxwalk.common import runtime
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import Config
+
+
+def check_memory(config: Config, taken: int) -> None:
+    """See that the memory of a CPU, which ends the process where it is short, holds a training.
+
+    Args:
+      taken: bytes of its state, of which a second one is made on the way.
+
+    Raises:
+      UserError: it does not.
+    """
+    if jax.default_backend() == "cpu" and 2 * taken > runtime.memory_left():
+        raise UserError(_too_much(config))
 
 
 @contextlib.contextmanager
@@ -31,7 +45,11 @@ def explained(config: Config, path: Path) -> Iterator[None]:
     except (MemoryError, jax.errors.JaxRuntimeError) as error:
         if isinstance(error, jax.errors.JaxRuntimeError) and "RESOURCE_EXHAUSTED" not in str(error):
             raise
-        raise UserError(
-            f"out of memory: begin a run with less than --train.walkers {config.train.walkers} or "
-            f"--ddpg.replay-capacity {config.ddpg.replay_capacity}"
-        ) from error
+        raise UserError(_too_much(config)) from error
+
+
+def _too_much(config: Config) -> str:
+    return (
+        f"out of memory: begin a run with less than --train.walkers {config.train.walkers} or "
+        f"--ddpg.replay-capacity {config.ddpg.replay_capacity}"
+    )

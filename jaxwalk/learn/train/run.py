@@ -10,13 +10,13 @@ from pathlib import Path
 import jax
 
 from jaxwalk.common.errors import UserError
+from jaxwalk.common.interrupt import Stop
 from jaxwalk.common.parallel import collectives, devices
 from jaxwalk.config import Config
 from jaxwalk.learn.runs import run_folder
 from jaxwalk.learn.runs.progress import Progress
 from jaxwalk.learn.runs.run_folder import RunFolder
-from jaxwalk.learn.train import device_loop, out_of_resources
-from jaxwalk.learn.train.interrupt import Stop
+from jaxwalk.learn.train import checkpoint, device_loop, out_of_resources
 from jaxwalk.learn.train.trainer import Training, Watch
 from jaxwalk.task import backend, collect
 
@@ -26,7 +26,7 @@ def run(
 ) -> Path:
     """Train, and return the run folder.
 
-    Ctrl-C (or SIGTERM) ends after the report under way and keeps the best policy so far. Of several
+    Ctrl-C (or SIGTERM, SIGHUP) ends after the report under way and keeps the best policy so far. Of several
     processes, all call this; the first one writes the folder, which all of them can read.
 
     Raises:
@@ -36,6 +36,7 @@ def run(
 
     def begin() -> RunFolder:
         collect.check(config)
+        out_of_resources.check_memory(config, checkpoint.size(device_loop.layout(config)))
         _check_split(config)
         return RunFolder.create(run_dir, config, seed, command)
 

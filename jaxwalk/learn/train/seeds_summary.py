@@ -46,10 +46,11 @@ def conclude(path: Path, failed: Mapping[int, str]) -> None:
         "finals": spread(last) if len(last) == len(ended) else {},
     }
     write_json(path / seeds_folder.SUMMARY, seeds_folder.read(path) | together)
-    draw(
-        {seed: run_folder.read_metrics(seeds_folder.folder(path, seed)) for seed in seeds_folder.load(path)},
-        path / seeds_folder.PICTURE,
-    )
+    rows = {
+        seed: run_folder.read_metrics(seeds_folder.folder(path, seed)) for seed in seeds_folder.load(path)
+    }
+    with figures.spare(print):
+        draw(rows, path / seeds_folder.PICTURE)
 
 
 def spread(marks: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, float | int | None]]:

@@ -12,7 +12,9 @@ import jax
 import numpy as np
 from jax.sharding import Mesh
 
+from jaxwalk.common import figures
 from jaxwalk.common.errors import Agreed
+from jaxwalk.common.interrupt import Stop
 from jaxwalk.common.parallel import collectives, devices
 from jaxwalk.config import Config
 from jaxwalk.learn.ddpg import learner
@@ -26,7 +28,6 @@ from jaxwalk.learn.train import checkpoint, device_loop, evaluation, restore
 from jaxwalk.learn.train.checkpoint import Checkpoint, Store
 from jaxwalk.learn.train.evaluation import Marks
 from jaxwalk.learn.train.finals import Finals
-from jaxwalk.learn.train.interrupt import Stop
 from jaxwalk.learn.train.run_state import Past, Record
 
 DRAW_SECONDS = 30.0
@@ -324,7 +325,8 @@ class Training:
 
     def _draw(self) -> None:
         if self.folder.writes:
-            picture.training_png(self.rows, self.folder.picture)
+            with figures.spare(self.progress.note):
+                picture.training_png(self.rows, self.folder.picture)
         self.drawn = time.perf_counter()
 
     def _settle(self, marks: Sequence[Marks]) -> list[dict[str, Any]]:

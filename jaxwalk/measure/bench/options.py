@@ -35,7 +35,7 @@ class BenchArgs:
 
     def check(self) -> None:
         """As `Options.check`."""
-        checks.whole("--walkers", self.walkers)
+        checks.walkers("--walkers", self.walkers)
         checks.positive("--seconds", self.seconds, "seconds")
         checks.seed(self.seed)
         self._check_batches()
@@ -43,8 +43,10 @@ class BenchArgs:
             checks.policy(self.deploy)
         if self.json is not None:
             files.check_output("--json", self.json)
-            if self.batches:
-                files.check_output("--json", self.picture(self.json))
+            if (beside := self.picture()) is not None:
+                if beside == self.json:
+                    raise UserError(f"--json {self.json}: the picture gets that name; give one with .json")
+                files.check_output("--json", beside)
 
     def _check_batches(self) -> None:
         if self.deploy is not None and (self.stages or self.batches):
@@ -57,7 +59,7 @@ class BenchArgs:
         if any(value != int(value) for value in self.batches):
             raise UserError(f"--batches {shown}: give whole numbers")
         for value in self.batches:
-            checks.whole("--batches", int(value))
+            checks.walkers("--batches", int(value))
         checks.ascending("--batches", self.batches)
         if self.walkers != type(self).walkers:
             raise UserError(f"--walkers {self.walkers}: --batches tells how many; leave one of the two out")
@@ -66,10 +68,11 @@ class BenchArgs:
         """Walkers of each batch."""
         return tuple(map(int, self.batches)) or (self.walkers,)
 
-    @staticmethod
-    def picture(json: Path) -> Path:
-        """The picture beside ``json``."""
-        return json.with_suffix(".png")
+    def picture(self) -> Path | None:
+        """The picture of batches beside ``json``, if that is a file that something can lie beside."""
+        if not self.batches or self.json is None or files.is_stream(self.json):
+            return None
+        return self.json.with_suffix(".png")
 
 
 read = reader(BenchArgs, "bench")

@@ -50,8 +50,8 @@ def main(args: BenchArgs) -> None:
         result = bench(args, status.update)
     if args.json is not None:
         files.write_json(args.json, result)
-        if args.batches:
-            figures.write_png(picture.draw(result), args.picture(args.json))
+        if (beside := args.picture()) is not None:
+            figures.write_png(picture.draw(result), beside)
     show(console, result)
 
 

@@ -43,7 +43,7 @@ class GaitArgs:
           UserError: an option out of its range.
         """
         checks.policy(self.policy)
-        checks.whole("--walkers", self.walkers)
+        checks.walkers("--walkers", self.walkers)
         checks.between("--seconds", self.seconds, 6.0, 3600.0, " s, the first 3 not being measured")
         checks.between("--speed", self.speed, 0.1, 3.0, " m/s")
         for speed in self.speeds:

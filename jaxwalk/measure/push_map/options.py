@@ -65,6 +65,9 @@ class PushMapArgs:
         checks.replicas(self.replicas)
         for option in ("phases", "chunk"):
             checks.whole(f"--{option}", getattr(self, option))
+        cells = len(self.impulses) * self.phases * len(self.points) * len(self.durations)
+        every = "--impulses x --phases x --points x --durations x --replicas"
+        checks.walkers(every, max(1, cells * (self.replicas or 1)))
         if self.engine not in get_args(Engine):
             raise UserError(f"--engine {self.engine}: give one of {', '.join(get_args(Engine))}")
         checks.seed(self.seed)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import tempfile
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import imageio.v2 as imageio
+import imageio_ffmpeg
 import mujoco
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
@@ -128,9 +130,10 @@ def main(args: RenderArgs) -> None:
         with tempfile.TemporaryDirectory(dir=args.out.parent, prefix=".jaxwalk.") as folder:
             whole = Path(folder) / args.out.name
             draw(whole, walk, partial(Stage, model, subject.config.body.height), args)
-            os.replace(whole, args.out)
+            files.replace(args.out, whole.read_bytes())
     except OSError as error:
-        raise UserError(f"cannot write {args.out}: {error.strerror or error}") from error
+        reason = error.strerror or _encoder(str(error))
+        raise UserError(f"cannot write {args.out}: {reason}") from error
     fell = "" if walk.fell is None else f"; fell at {walk.fell:.1f} s"
     console.print(f"{args.out}: {walk.seconds:.1f} s, {walk.qpos[-1, 0]:.1f} m{fell}", highlight=False)
 
@@ -140,6 +143,14 @@ def _walk(args: RenderArgs, subject: Subject, model: mujoco.MjModel) -> Walk:
         return session.record(subject, session.read(args.session), model)
     shove = Shove(args.push, args.push_time, args.push_duration, args.push_height) if args.push else None
     return recording.record(Loop(subject, SEGMENT), model, args.seconds, args.seed, shove)
+
+
+def _encoder(said: str) -> str:
+    """Of what went wrong with ffmpeg, which says it in many lines, the one that counts."""
+    known = subprocess.run([imageio_ffmpeg.get_ffmpeg_exe(), "-encoders"], capture_output=True).stdout
+    if b"libx264" not in known:
+        return "this ffmpeg lacks libx264; unset IMAGEIO_FFMPEG_EXE, or give --out a name that ends in .gif"
+    return next(iter(said.splitlines()), "ffmpeg failed")
 
 
 def _write_page(args: RenderArgs, subject: Subject) -> None:
@@ -174,7 +185,9 @@ def _write_film(path: Path, walk: Walk, stage_of: Callable[[int, int], Stage], a
         fps = float(args.fps)
         # Or it forks, which JAX's threads do not bear; Ctrl-C then reaches ffmpeg as well, as it may.
         os.environ.setdefault("IMAGEIO_FFMPEG_NO_PREVENT_SIGINT", "1")
-        writer = imageio.get_writer(path, fps=fps, codec="libx264", quality=8, macro_block_size=2)
+        writer = imageio.get_writer(
+            path, fps=fps, codec="libx264", quality=8, macro_block_size=2, ffmpeg_log_level="quiet"
+        )
     with writer, stage_of(args.width, args.height_px) as stage:
         frames = film(walk, stage, args, fps)
         for frame in track(frames, "drawing", int(walk.seconds * fps) + 1, transient=True):

@@ -56,6 +56,16 @@ def test_it_finds_the_best_and_tells_of_all(sweep, tmp_path):
     assert (tmp_path / "s" / "sweep.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_a_journal_whose_last_line_was_cut_short_is_gone_on_with(sweep, tmp_path):
+    sweep("--trials", "2")
+    journal = tmp_path / "s" / "study.journal"
+    journal.write_bytes(journal.read_bytes()[:-5])  # a kill, a full disk
+    for trials in (3, 4):
+        code, told, error = sweep("--trials", str(trials))
+        assert (code, error) == (0, "")
+        assert states(told).count("complete") == trials
+
+
 def test_a_study_is_gone_on_with_to_the_number_that_it_shall_have(sweep):
     assert len(sweep("--trials", "2")[1]["trials"]) == 2
     code, told, _ = sweep("--trials", "3")

@@ -10,6 +10,7 @@ import cmaes
 import jax
 import numpy as np
 
+from jaxwalk.common.interrupt import Stop
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
 from jaxwalk.learn.policies import policy
@@ -19,7 +20,6 @@ from jaxwalk.learn.runs.run_folder import RunFolder
 from jaxwalk.learn.train.es import population
 from jaxwalk.learn.train.es.population import Shape
 from jaxwalk.learn.train.examined import Examined
-from jaxwalk.learn.train.interrupt import Stop
 from jaxwalk.task import backend, collect, scenarios
 
 
@@ -27,8 +27,8 @@ def run(config: Config, run_dir: Path | None, seed: int, command: str) -> Path:
     """Search, and return the run folder.
 
     What a candidate is judged by is what `jaxwalk.learn.ddpg` learns from: the reward of training's own
-    walkers under training's own pushes, undiscounted. Ctrl-C (or SIGTERM) ends after the generation under way
-    and keeps the best policy so far.
+    walkers under training's own pushes, undiscounted. Ctrl-C (or SIGTERM, SIGHUP) ends after the generation
+    under way and keeps the best policy so far.
 
     Raises:
       UserError: a configuration that cannot be run, or a folder that cannot be used.
