@@ -19,8 +19,8 @@ _LATER = {
     "compliant_push_off_speed": 0.0, "plan_pitch_least": -10.0, "plan_back_latest": 0.0,
     "compliant_swing_soonest": 0.03, "compliant_swing_acceleration_most": 400.0,
     "compliant_toe_off_least": -1.0, "compliant_landing_behind": 100.0,
-    "compliant_balance_sole": 100.0, "plan_back_beyond": 1.0, "compliant_lag_seconds": 1.0,
-    "compliant_lag_speed": 0.0, "compliant_lag_most": 0.0, "compliant_lag_push_off": 0.0,
+    "compliant_balance_sole": 100.0, "plan_back_beyond": 1.0, "compliant_lag_seconds": 6.0,
+    "compliant_lag_speed": 0.3, "compliant_lag_most": 0.6, "compliant_lag_push_off": 0.0,
     "compliant_lag_pitch": 0.0, "compliant_lag_capture": 0.0,
 }  # fmt: skip
 """Numbers of compliant legs and their plan that files of before do not tell, with what they meant."""
