@@ -129,11 +129,11 @@ class CompliantConfig:
     """Error of speed that counts for it at most, m/s: a push is an accident."""
     lag_most: float = 0.6
     """Largest lag that counts, m."""
-    lag_push_off: float = 100.0
+    lag_push_off: float = 50.0
     """Push-off torque for each m of lag, N m/m."""
-    lag_pitch: float = 0.16
+    lag_pitch: float = 0.1
     """Lean of the torso for each m of lag, rad/m."""
-    lag_capture: float = 0.16
+    lag_capture: float = 0.1
     """Distance of the capture point ahead at a landing, for each m of lag."""
     landing_share: float = 0.55
     """Share of the step's time before which a contact ahead is no touch-down."""

@@ -110,7 +110,7 @@ function advance() {
 function watch(walker, stance, planned) {
   const { time } = walker, touch = walker.floats("walker.estimate.touch");
   const weight = walker.number("walker.person.ratio.mass") * data.body.weight;
-  walker.seen.push({ time, speed: walker.speed, pitch: walker.pose[2] * 180 / Math.PI, left: touch[0] / weight, right: touch[1] / weight });
+  walker.seen.push({ time, speed: walker.speed, pitch: walker.pose[2] * 180 / Math.PI, left: Math.max(0, touch[0]) / weight, right: Math.max(0, touch[1]) / weight });
   if (walker.seen[0].time < time - SHOWN) walker.seen.shift();
   const leg = walker.whole("walker.gait.stance");
   if (leg === stance) return;
