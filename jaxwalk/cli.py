@@ -28,7 +28,7 @@ COMMANDS = {
     "evaluate": ("measure.evaluate", "measure a policy's walking and the pushes that it survives"),
     "push-map": ("measure.push_map", "which pushes a policy survives, at every phase of the step"),
     "compare": ("measure.compare", "measure several policies, with their seeds, on the same pushes"),
-    "agreement": ("measure.agreement", "whether MJX and C MuJoCo say the same of a policy"),
+    "agreement": ("measure.agreement", "whether MJX and another engine say the same of a policy"),
     "sensitivity": ("measure.sensitivity", "what a policy's results owe to the physics' settings"),
     "generalise": (
         "measure.generalise",
