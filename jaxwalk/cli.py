@@ -47,6 +47,7 @@ COMMANDS = {
     "render": ("show.render", "show a policy's walk: mp4, gif, png, or a page that replays it"),
     "play": ("show.play", "a page on which a policy walks in the browser, and can be pushed by hand"),
     "view": ("show.viewer", "watch a policy walk in MuJoCo's viewer, and push it by the keyboard"),
+    "ros": ("ros", "walk through ROS 1: simulated in ODE, controlled by a node, pushed by a service"),
     "bench": ("measure.bench", "measure the speed of the simulation and of training"),
 }
 """By its name: the package of its options and of the command itself; what it does."""

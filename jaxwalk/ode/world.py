@@ -159,9 +159,9 @@ class World:
             moved = self._moved(moved)
         after, rates = tree.joints(moved)
         after[0] += qpos[0]
-        return after, rates, np.concatenate([self._imu(begun, qvel), touch])
+        return after, rates, np.concatenate([self.imu(begun, qvel), touch])
 
-    def _imu(self, begun: Motion, qvel: np.ndarray) -> np.ndarray:
+    def imu(self, begun: Motion, qvel: np.ndarray) -> np.ndarray:
         """[9] velocity, long axis and angular velocity of the root."""
         c, s, spin = np.cos(begun.pitch[0]), np.sin(begun.pitch[0]), begun.spin[0]
         x, z = self.tree.imu
