@@ -76,6 +76,8 @@ class Processes:
         self._running: list[subprocess.Popen[bytes]] = []
 
     def __enter__(self) -> Processes:
+        # Who is told to end (SIGTERM) ends what he began, as at Ctrl-C.
+        self._before = signal.signal(signal.SIGTERM, signal.default_int_handler)
         return self
 
     def begin(self, name: str, *line: str) -> subprocess.Popen[bytes]:
@@ -117,3 +119,4 @@ class Processes:
     def __exit__(self, *_: object) -> None:
         while self._running:
             self.end(self._running.pop())
+        signal.signal(signal.SIGTERM, self._before)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import signal
 import subprocess
@@ -71,6 +72,29 @@ def test_the_walk_is_reported_and_recorded(walked):
     assert (report["ticks"], report["fell"], report["passive_ticks"]) == (1000, False, 0)
     assert report["unanswered_ticks"] == 0 and report["period"]["mean"] > 0
     assert (walked / "walk.bag").stat().st_size > 100_000
+
+
+def running(out: Path) -> list[str]:
+    """Command lines of processes that know the folder ``out``."""
+    found = []
+    for one in Path("/proc").glob("[0-9]*/cmdline"):
+        with contextlib.suppress(OSError):
+            told = one.read_bytes().replace(b"\0", b" ").decode(errors="replace")
+            found += [told] if str(out) in told else []
+    return found
+
+
+def test_nothing_is_left_running(walked):
+    assert running(walked) == []
+
+
+def test_who_is_told_to_end_ends_what_he_began(tmp_path):
+    line = [sys.executable, "-m", "jaxwalk", "ros", "shipped", "--out", str(tmp_path), "--seconds", "600"]
+    one = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    wait(lambda: lines(tmp_path / "commands.txt") > 100)
+    one.terminate()
+    assert one.wait(MOST) == 130
+    assert running(tmp_path) == []
 
 
 REPLAY = """
