@@ -13,6 +13,7 @@ from jaxwalk.common.errors import UserError
 from jaxwalk.config import BodyConfig, Config
 from jaxwalk.config.presets import PRESETS
 from jaxwalk.deploy import Controller
+from jaxwalk.export import command as export
 from jaxwalk.ode import library
 from jaxwalk.ros import body as bodies
 from jaxwalk.ros import loop, making, parameters, wire
@@ -269,6 +270,19 @@ def test_frames_tell_what_the_instruments_do(body):
 def test_the_loop_answers_every_frame(body, keeper):
     given = loop.commands(hung(body), keeper, 4)
     assert [row[0] for row in given] == [101.0, 1.0, 2.0, 3.0]
+
+
+def test_the_shipped_policy_walks_in_ode(body, tmp_path):
+    trained, manifest = export.load("shipped")
+    policy = export.write(trained, manifest, ("safetensors",), tmp_path)["safetensors"]
+    simulation, said = Simulation(body), []
+    keeper = Keeper(Controller.load(policy), body.stance, said.append)
+    loop.commands(simulation, keeper, 1500)
+    place = simulation.qpos[0]
+    simulation.wrench("torso", 400.0, 0.0, 0, 50 * TICK)  # 40 N s
+    loop.commands(simulation, keeper, 2000)
+    assert simulation.qpos[1] > 0.85 and said == []
+    assert (simulation.qpos[0] - place) / 4.0 == pytest.approx(1.05, abs=0.15)
 
 
 @pytest.mark.parametrize(
