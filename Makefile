@@ -13,7 +13,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.installed-$(EXTRAS)
 
 .DEFAULT_GOAL := help
-.PHONY: help train test test-all bench report paper results results-docs docs lint tune models page clean
+.PHONY: help train test test-all bench report paper ros results results-docs docs lint tune models page clean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-13s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -39,6 +39,10 @@ paper: $(READY) ## every claim of the paper, measured, into docs/paper (QUICK=1:
 	@mkdir -p docs/paper
 	$(BIN)/jaxwalk paper --out $(if $(QUICK),runs/paper-quick --trained docs/paper --quick,docs/paper) \
 		$(if $(RETRAIN),--retrain) $(ARGS)
+
+ros: $(READY) ## walk through ROS and push the walker (it takes Debian's ROS and libode8; ARGS="--seconds 60")
+	@mkdir -p runs
+	$(BIN)/jaxwalk ros shipped --out runs/ros --push 40 $(ARGS)
 
 results: $(READY) ## everything in docs/results, measured anew (QUICK=1: a rehearsal, in runs/results-quick)
 	$(BIN)/python scripts/results.py $(if $(QUICK),--quick) $(ARGS)

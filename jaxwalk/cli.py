@@ -27,7 +27,7 @@ COMMANDS = {
     "evaluate": ("measure.evaluate", "measure a policy's walking and the pushes that it survives"),
     "push-map": ("measure.push_map", "which pushes a policy survives, at every phase of the step"),
     "compare": ("measure.compare", "measure several policies, with their seeds, on the same pushes"),
-    "agreement": ("measure.agreement", "whether MJX and C MuJoCo say the same of a policy"),
+    "agreement": ("measure.agreement", "whether MJX and another engine say the same of a policy"),
     "sensitivity": ("measure.sensitivity", "what a policy's results owe to the physics' settings"),
     "generalise": (
         "measure.generalise",
@@ -46,6 +46,7 @@ COMMANDS = {
     "render": ("show.render", "show a policy's walk: mp4, gif, png, or a page that replays it"),
     "play": ("show.play", "a page on which a policy walks in the browser, and can be pushed by hand"),
     "view": ("show.viewer", "watch a policy walk in MuJoCo's viewer, and push it by the keyboard"),
+    "ros": ("ros", "walk through ROS 1: simulated in ODE, controlled by a node, pushed by a service"),
     "bench": ("measure.bench", "measure the speed of the simulation and of training"),
 }
 """By its name: the package of its options and of the command itself; what it does."""

@@ -17,8 +17,9 @@ DELAY_MOST = 0.04  # s by which instruments may be told late
 BodyModel = Literal["planar", "walls"]
 """How a body moves: in the plane, or in space between two walls, as the paper's: ``jaxwalk.model.mjcf``."""
 
-Engine = Literal["mjx", "mujoco"]
-"""What moves the plant: MJX, or C MuJoCo solved to convergence (see ``jaxwalk.model.c_mujoco``)."""
+Engine = Literal["mjx", "mujoco", "ode", "ode-quick"]
+"""What moves the plant: MJX; C MuJoCo solved to convergence (see ``jaxwalk.model.c_mujoco``); or ODE, by its
+world step or its quick step (see ``jaxwalk.model.ode``)."""
 
 
 @dataclass(frozen=True)

@@ -55,14 +55,12 @@ def step(
     Returns:
       The plant after the tick, and what was sensed; NaN throughout for a plant that is not finite.
     """
-    borne = () if burden is None else (burden.mass, burden.ahead, burden.up, burden.friction)
-    sizes = jnp.stack([jnp.float32(x) for x in (body.length, body.mass, *borne)])
     where = mjx_physics.layout(config)
     plain = jax.ShapeDtypeStruct((where.dofs,), jnp.float32)
     qpos, qvel, warmstart, sensed = jax.pure_callback(
         partial(_batch, config, physics),
         (plain, plain, plain, jax.ShapeDtypeStruct((where.sensed,), jnp.float32)),
-        sizes,
+        sizes(body, burden),
         plant.qpos,
         plant.qvel,
         plant.warmstart,
@@ -73,10 +71,21 @@ def step(
     return Plant(qpos, qvel, warmstart), mjx_physics.readings_of(where, sensed, qpos, qvel)
 
 
+def sizes(body: Similarity, burden: Burden | None) -> Float[Array, "S"]:
+    """[S] what `compiled` is to be told of one walker: ratios of length and mass, and its burden if any."""
+    borne = () if burden is None else (burden.mass, burden.ahead, burden.up, burden.friction)
+    return jnp.stack([jnp.float32(x) for x in (body.length, body.mass, *borne)])
+
+
 @lru_cache(maxsize=_BODIES)
-def _model(
+def compiled(
     config: BodyConfig, physics: PhysicsConfig, length: float, mass: float, *borne: float
 ) -> mujoco.MjModel:
+    """The model of one walker of the table of ``config``.
+
+    Args:
+      length, mass, borne: its `sizes`.
+    """
     body = dataclasses.replace(config, height=length * REFERENCE_HEIGHT, mass=mass * REFERENCE_MASS)
     model = mjx_physics.compile_mujoco(body, converged(physics))
     # A state that blows up is told as it is (a fall), not put back to the start.
@@ -111,9 +120,9 @@ def _batch(
     """[..., n] arrays of any leading shape; gives qpos, qvel, warmstart and sensors, float32 as they came."""
     lead = qpos.shape[:-1]
     told = [np.asarray(x, np.float64).reshape(-1, x.shape[-1]) for x in (qpos, qvel, warmstart, control)]
-    sizes = [tuple(row) for row in np.asarray(bodies, np.float64).reshape(-1, bodies.shape[-1]).tolist()]
-    known = {size: _model(config, physics, *size) for size in set(sizes)}
-    models = [known[size] for size in sizes]
+    told_of = [tuple(row) for row in np.asarray(bodies, np.float64).reshape(-1, bodies.shape[-1]).tolist()]
+    known = {size: compiled(config, physics, *size) for size in set(told_of)}
+    models = [known[size] for size in told_of]
     wrench = np.zeros((len(models), models[0].nbody, 6))
     wrench[:, 1:, [0, 4]] = np.asarray(push).reshape(len(models), -1, 2)
     before = np.concatenate([*told, wrench.reshape(len(models), -1)], axis=1)

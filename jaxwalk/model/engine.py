@@ -1,4 +1,4 @@
-"""What moves the plants of a program: MJX's data under our own solver, kernels on a GPU, or C MuJoCo."""
+"""What moves the plants of a program: MJX's data under our own solver, kernels on a GPU, C MuJoCo or ODE."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mujoco import mjx
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import BodyConfig, Config, Engine, Kernels, PhysicsConfig, SensorConfig
 from jaxwalk.kernels import fused as kernels
-from jaxwalk.model import burdens, c_mujoco, physics
+from jaxwalk.model import burdens, c_mujoco, ode, physics
 from jaxwalk.model.burdens import Burden
 from jaxwalk.model.similarity import Similarity
 from jaxwalk.model.solver.newton import WRITTEN_OUT
@@ -22,7 +22,9 @@ VARIABLE = "JAXWALK_KERNELS"
 """Environment variable: ``off`` switches kernels off, whatever is configured."""
 
 Model = mjx.Model | None
-"""What an engine needs to know of a body: all of it (MJX); C MuJoCo and kernels make their own."""
+"""What an engine needs to know of a body: all of it (MJX); C MuJoCo, ODE and kernels make their own."""
+
+_METHODS: dict[Engine, ode.Method] = {"ode": "world", "ode-quick": "quick"}
 
 
 @dataclass(frozen=True)
@@ -41,8 +43,11 @@ class Setup:
         """The setup of a configuration, in which the environment can switch kernels off.
 
         Raises:
-          UserError: the environment says neither auto nor off.
+          UserError: the environment says neither auto nor off; or ODE is asked for and not here, or cannot
+            move such a body.
         """
+        if engine in _METHODS:
+            ode.check(config.body)
         told = os.environ.get(VARIABLE) or "auto"
         if told not in ("auto", "off"):
             raise UserError(f"{VARIABLE}={told!r:.40}: give auto or off")
@@ -57,7 +62,7 @@ class Setup:
 
 def model(setup: Setup, ratio: Similarity, burden: Burden | None) -> Model:
     """The body of one walker, for ``setup``'s engine."""
-    return None if setup.engine == "mujoco" else _body(setup, ratio, burden)
+    return None if setup.engine != "mjx" else _body(setup, ratio, burden)
 
 
 def _body(setup: Setup, ratio: Similarity, burden: Burden | None) -> mjx.Model:
@@ -96,6 +101,9 @@ def move(
     """
     if setup.engine == "mujoco":
         return c_mujoco.step(setup.body, setup.physics, ratio, plant, control, push, burden)
+    if setup.engine in _METHODS:
+        method = _METHODS[setup.engine]
+        return ode.step(setup.body, setup.physics, method, ratio, plant, control, push, burden)
     if on_gpu(setup):
         return kernels.fused(_move, setup, ratio, burden, plant, control, push)
     return physics.step(setup.body, setup.physics, model, plant, control, push)

@@ -45,6 +45,9 @@ OneMass = Annotated[OptionalFloat, _arg(help="Mass, kg. Default: that of the pol
 Noise = Annotated[float, _arg(help="Scale of the sensors' noise and bias: 1 realistic, 0 none.")]
 Engine = Annotated[
     _Engine,
-    _arg(help="What moves the walkers: mjx, or mujoco (C MuJoCo in doubles, solved to convergence)."),
+    _arg(
+        help="What moves the walkers: mjx; mujoco (C MuJoCo in doubles, solved to convergence); ode or "
+        "ode-quick (the Open Dynamics Engine by its world or its quick step)."
+    ),
 ]
 Seed = Annotated[int, _arg(help="Seed of everything that is drawn at random.")]

@@ -14,6 +14,7 @@ import numpy as np
 from flax import struct
 from jaxtyping import Array, Bool, Float, Int
 
+from jaxwalk.config import Engine
 from jaxwalk.control import walker
 from jaxwalk.learn.policies.named import Subject
 from jaxwalk.model import pushes
@@ -130,12 +131,13 @@ class Loop:
 
     Args:
       windows: decision windows in one `advance`.
+      engine: what moves the walker.
     """
 
-    def __init__(self, subject: Subject, windows: int) -> None:
+    def __init__(self, subject: Subject, windows: int, engine: Engine = "mjx") -> None:
         config = subject.config
         self._params = subject.params
-        self._task = Task.of(config).endless()
+        self._task = Task.of(config, engine).endless()
         self._start = jax.jit(partial(stepper.start, self._task, config.gait))
         self._person = tuple(map(jnp.float32, (config.body.height, config.body.mass, config.sensors.noise)))
         tick = rollout.watched(_look)

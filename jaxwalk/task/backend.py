@@ -83,11 +83,14 @@ def _probed() -> str | None:
 _failed: list[str] = []  # what kept the first library from being made that was needed
 
 
+_OTHERS = {"mujoco": "C MuJoCo", "ode": "ODE's world step", "ode-quick": "ODE's quick step"}
+
+
 def stepper_of(config: Config, engine: Engine = "mjx") -> str:
     """What steps walkers of ``config`` here, in a few words."""
     setup = Setup.of(config, engine)
-    if engine == "mujoco":
-        return "C MuJoCo"
+    if engine in _OTHERS:
+        return _OTHERS[engine]
     if native_here(setup):
         return f"native code, {native.width()} walkers a vector"
     if on_gpu(setup):

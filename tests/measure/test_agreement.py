@@ -83,6 +83,14 @@ def test_the_command_puts_the_same_trials_to_both_engines(monkeypatch, tmp_path,
     assert len(colours) > 50
 
 
+def test_mjx_is_set_beside_the_engine_that_is_asked_for(monkeypatch, tmp_path):
+    asked = []
+    monkeypatch.setattr(evaluation, "evaluate", lambda subject, test, tell: asked.append(test.engine) or MJX)
+    assert cli.main(["agreement", "fixed", "--out", str(tmp_path), "--engine", "ode"]) == 0
+    assert asked == ["mjx", "ode"]
+    assert list(json.loads((tmp_path / "agreement.json").read_text())["engines"]) == asked
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [
@@ -90,6 +98,7 @@ def test_the_command_puts_the_same_trials_to_both_engines(monkeypatch, tmp_path,
         (["--phases", "0"], "--phases 0"),
         (["--impulses", "hard"], "'hard'"),
         (["--mass", "-1"], "mass -1"),
+        (["--engine", "mjx"], "--engine mjx: MJX is set beside another engine"),
     ],
 )
 def test_bad_options_are_one_line(options, said, tmp_path, capsys):

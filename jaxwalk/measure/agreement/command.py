@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.table import Table
@@ -26,9 +26,10 @@ TOLD = ("walking", "pushes", "threshold")  # of an evaluation, for each engine
 def agreement(
     subject: Subject, test: PushTest, progress: OnProgress = lambda what, share: None
 ) -> dict[str, Any]:
-    """The same trials by both engines, and how they differ."""
+    """The same trials by MJX and by the engine of ``test``, and how they differ."""
+    beside: tuple[Engine, ...] = ("mjx", test.engine)
     engines = {}
-    for engine in get_args(Engine):
+    for engine in beside:
         by = dataclasses.replace(test, engine=engine)
         found = evaluation.evaluate(
             subject, by, lambda what, share, by=engine: progress(f"{by}: {what}", share)

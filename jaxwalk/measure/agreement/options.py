@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from jaxwalk.common import files
+from jaxwalk.common.errors import UserError
 from jaxwalk.measure.protocol import PushTest
 from jaxwalk.options import checks, shared
 from jaxwalk.options.parse import Policy, reader
@@ -13,7 +14,7 @@ from jaxwalk.options.parse import Policy, reader
 
 @dataclass(frozen=True)
 class AgreementArgs:
-    """Whether MJX and C MuJoCo say the same of a policy: its walk, and survival push by push."""
+    """Whether MJX and another engine say the same of a policy: its walk, and survival push by push."""
 
     policy: Policy
     out: Path
@@ -25,6 +26,8 @@ class AgreementArgs:
     replicas: shared.Replicas = 16
     height: shared.Stature = None
     mass: shared.Mass = None
+    engine: shared.Engine = "mujoco"
+    """What is set beside MJX: mujoco, ode or ode-quick."""
     seed: int = 0
     """Seed of everything that is drawn at random; both engines get the same."""
 
@@ -33,6 +36,8 @@ class AgreementArgs:
         checks.policy(self.policy)
         checks.person(self.height, self.mass)
         PushTest.of(self).check()
+        if self.engine == "mjx":
+            raise UserError("--engine mjx: MJX is set beside another engine: give mujoco, ode or ode-quick")
         files.check_folder("--out", self.out)
 
 

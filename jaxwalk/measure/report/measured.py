@@ -66,6 +66,13 @@ def sensitivity(result: dict[str, Any]) -> Section:
     return Section(sentences, (table,))
 
 
+_BESIDE = {
+    "mujoco": "C MuJoCo (doubles, solved to convergence)",
+    "ode": "ODE (its world step)",
+    "ode-quick": "ODE (its quick step)",
+}
+
+
 def agreement(result: dict[str, Any]) -> Section:
     """What the results of ``jaxwalk agreement`` say."""
     engines, cells, largest = result["engines"], result["cells"], reach(result["cells"]["impulses"])
@@ -73,8 +80,8 @@ def agreement(result: dict[str, Any]) -> Section:
     difference, error = result["walking"]["speed_mean"], result["walking"]["speed_standard_error"]
     count = len(cells["impulses"]) * len(cells["phases"])
     sentences = (
-        "The same starts, noise and pushes in MJX (single precision, few iterations) and in C MuJoCo "
-        f"(doubles, solved to convergence): the 95 % intervals of survival overlap in "
+        "The same starts, noise and pushes in MJX (single precision, few iterations) and in "
+        f"{_BESIDE[names[1]]}: the 95 % intervals of survival overlap in "
         f"{percent(cells['share_overlapping'])} of {count} cells of impulse and phase; the largest "
         f"difference of a cell is {100 * cells['largest_difference']:.0f} points.",
         f"The speeds differ by {difference:+.4f} m/s; chance alone has a standard error of {error:.4f} m/s.",

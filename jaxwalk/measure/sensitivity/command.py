@@ -33,8 +33,8 @@ def tried(subject: Subject, args: SensitivityArgs) -> list[Setting]:
         name: getattr(args, option.removeprefix("--").replace("-", "_"))
         for name, option in PARAMETERS.items()
     }
-    if args.engine == "mujoco":
-        values["iterations"] = ()  # as many as it takes, whatever is configured
+    if args.engine != "mjx":
+        values["iterations"] = ()  # C MuJoCo takes as many as it needs, and ODE is not told
     return settings(subject.config, values)
 
 

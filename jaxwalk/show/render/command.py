@@ -142,7 +142,7 @@ def _walk(args: RenderArgs, subject: Subject, model: mujoco.MjModel) -> Walk:
     if args.session is not None:
         return session.record(subject, session.read(args.session), model)
     shove = Shove(args.push, args.push_time, args.push_duration, args.push_height) if args.push else None
-    return recording.record(Loop(subject, SEGMENT), model, args.seconds, args.seed, shove)
+    return recording.record(Loop(subject, SEGMENT, args.engine), model, args.seconds, args.seed, shove)
 
 
 def _encoder(said: str) -> str:
@@ -156,7 +156,7 @@ def _encoder(said: str) -> str:
 def _write_page(args: RenderArgs, subject: Subject) -> None:
     console = Console(markup=False)
     with console.status("walking") as status:
-        recorded = replay.record(subject, args.impulses, args.seed, status.update)
+        recorded = replay.record(subject, args.impulses, args.seed, status.update, args.engine)
     page = replay.html(recorded, named.origin(args.policy), lines.line("render", args))
     files.write_bytes(args.out, page)
     worst = replay.verify(args.out, recorded)

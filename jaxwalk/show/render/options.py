@@ -16,6 +16,7 @@ SUFFIXES = (".mp4", ".gif", ".png", ".html")
 IMPULSES = (-80.0, -40.0, 40.0, 70.0)
 _SETTLED = (
     "seconds speed push push_time push_height push_duration height mass model actuators noise seed".split()
+    + ["engine"]
 )
 _DRAWN = (
     "session seconds push push_time push_height push_duration width height_px fps".split()
@@ -48,6 +49,7 @@ class RenderArgs:
     model: OptionalModel = None
     actuators: OptionalActuators = None
     noise: shared.Noise = 1.0
+    engine: shared.Engine = "mjx"
     width: int = 960
     """Width of the picture, pixels."""
     height_px: int = 540

@@ -13,6 +13,7 @@ import numpy as np
 
 from jaxwalk import __version__
 from jaxwalk.common.errors import UserError
+from jaxwalk.config import Engine
 from jaxwalk.learn.policies import policy
 from jaxwalk.learn.policies.named import Subject
 from jaxwalk.model import physics
@@ -44,14 +45,19 @@ class Replay:
 
 
 def record(
-    subject: Subject, impulses: Sequence[float], seed: int, report: Callable[[str], None] = lambda what: None
+    subject: Subject,
+    impulses: Sequence[float],
+    seed: int,
+    report: Callable[[str], None] = lambda what: None,
+    engine: Engine = "mjx",
 ) -> Replay:
     """Walk unpushed, then once for each of ``impulses``, N s, on the torso's centre.
 
     Args:
       report: called with what comes next.
+      engine: what moves the walkers.
     """
-    loop, model = recording.Loop(subject, recording.SEGMENT), scene.model(subject.config)
+    loop, model = recording.Loop(subject, recording.SEGMENT, engine), scene.model(subject.config)
     where = physics.layout(subject.config.body)
     walks = []
     for shove in (None, *(Shove(impulse, PUSH_SECOND) for impulse in impulses)):

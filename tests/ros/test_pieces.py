@@ -1,0 +1,313 @@
+"""What the nodes are made of, without ROS: files, frames, safety, whose commands count, and loads."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+
+from jaxwalk.common.errors import UserError
+from jaxwalk.config import BodyConfig, Config
+from jaxwalk.config.presets import PRESETS
+from jaxwalk.deploy import Controller
+from jaxwalk.export import command as export
+from jaxwalk.ode import library
+from jaxwalk.ros import body as bodies
+from jaxwalk.ros import loop, making, parameters, wire
+from jaxwalk.ros.inbox import Inbox
+from jaxwalk.ros.measures import Record
+from jaxwalk.ros.simulation import Simulation
+from jaxwalk.ros.watch import OLDEST, Collector, Keeper
+from jaxwalk.ros.wire import PASSIVE, Frame
+
+try:
+    library.load()
+except UserError as missing:
+    pytest.skip(str(missing), allow_module_level=True)
+
+TICK = 2_000_000  # ns
+
+
+@pytest.fixture(scope="module")
+def body():
+    return making.body(Config(), 0)
+
+
+def frame(nanoseconds: int, **changes) -> Frame:
+    told = Frame(nanoseconds, (0.0, 1.0), 0.0, 0.0, 1.0, (0.1,) * 6, (0.0,) * 6, (300.0, 400.0))
+    return dataclasses.replace(told, **changes)
+
+
+class Counting(Controller):
+    """Says how often it has been asked since it began."""
+
+    def __init__(self):
+        self.asked = 0
+
+    def start(self, said, stance):
+        self.asked = 0
+        return np.full(6, 100.0 + stance)
+
+    def tick(self, said):
+        self.asked += 1
+        return np.full(6, float(self.asked))
+
+
+@pytest.fixture
+def said():
+    return []
+
+
+@pytest.fixture
+def keeper(said):
+    return Keeper(Counting(), 1, said.append)
+
+
+def test_a_body_is_read_as_it_was_written(body, tmp_path):
+    (tmp_path / "body.json").write_text(bodies.text(body))
+    again = bodies.read(tmp_path / "body.json")
+    assert bodies.text(again) == bodies.text(body)
+    assert all((getattr(again, name) == getattr(body, name)).all() for name in ("qpos", "qvel", "touch"))
+    assert body.joints == ("hip_left", "knee_left", "ankle_left", "hip_right", "knee_right", "ankle_right")
+
+
+@pytest.mark.parametrize("broken", ["[]", "{", "tree", "start", "mass", "stance", "foot"])
+def test_a_damaged_body_is_told_in_one_line(body, tmp_path, broken):
+    told = json.loads(bodies.text(body))
+    if broken in told:
+        del told[broken]
+    told.get("tree", {}).update({"mass": [1.0]} if broken == "mass" else {})
+    told.get("tree", {}).update({"foot": [3, 3, 6, 9]} if broken == "foot" else {})
+    told.get("start", {}).update({"stance": 2} if broken == "stance" else {})
+    text = broken if broken in ("[]", "{") else json.dumps(told)
+    (tmp_path / "body.json").write_text(text)
+    with pytest.raises(UserError, match=r"give the body\.json that jaxwalk ros writes"):
+        bodies.read(tmp_path / "body.json")
+
+
+def test_only_planar_legs_that_yield_are_spoken_to():
+    with pytest.raises(UserError, match="joints are told torques"):
+        making.body(PRESETS["rigid"], 0)
+    with pytest.raises(UserError, match="moves planar walkers"):
+        making.body(dataclasses.replace(Config(), body=BodyConfig(model="walls")), 0)
+
+
+def told_of(one: Frame) -> dict[str, dict]:
+    return {
+        wire.IMU: dict(pitch=one.pitch, pitch_rate=one.pitch_rate, acceleration=one.acceleration),
+        wire.VELOCITY: dict(velocity=one.velocity),
+        wire.JOINTS: dict(joints=one.joints, joint_rates=one.joint_rates),
+        **{foot: dict(touch=force) for foot, force in zip(wire.FEET, one.touch, strict=True)},
+    }
+
+
+def test_frames_are_put_together_in_any_order_and_none_is_made_of_two_times():
+    collector, first, second = Collector(), frame(TICK), frame(2 * TICK, velocity=2.0)
+    parts, later = list(told_of(first).items()), list(told_of(second).items())
+    assert not any(collector.take(topic, 2 * TICK, values) for topic, values in later[:3])
+    assert not any(collector.take(topic, TICK, values) for topic, values in reversed(parts[1:]))
+    assert collector.take(parts[0][0], TICK, parts[0][1]) == first
+    assert [collector.take(topic, 2 * TICK, values) for topic, values in later[3:]] == [None, second]
+    # What has gone by is left out; a message that is lost costs its frame alone.
+    assert not any(collector.take(topic, TICK, values) for topic, values in parts)
+    third = frame(4 * TICK)
+    assert not any(collector.take(topic, 3 * TICK, values) for topic, values in parts[:4])
+    assert [collector.take(topic, 4 * TICK, values) for topic, values in told_of(third).items()][-1] == third
+
+
+def test_a_simulation_that_begins_again_is_followed():
+    collector = Collector()
+    for stamp in (0, TICK, 0):
+        assert [collector.take(topic, stamp, x) for topic, x in told_of(frame(stamp)).items()][-1] == frame(
+            stamp
+        )
+
+
+def test_the_controller_is_asked_once_a_frame_from_the_start_on(keeper, said):
+    assert [keeper.answer(frame(n * TICK))[0] for n in range(3)] == [101.0, 1.0, 2.0]
+    assert keeper.answer(frame(0))[5] == 101.0 and keeper.answer(frame(TICK))[5] == 1.0
+    assert said == []
+
+
+@pytest.mark.parametrize(
+    ("next_one", "why"),
+    [
+        (frame(TICK, velocity=math.nan), "not a number"),
+        (frame(TICK, touch=(math.inf, 0.0)), "not a number"),
+        (frame(OLDEST + TICK), "no sensors for more than 20 ms"),
+    ],
+)
+def test_it_rests_for_good_and_says_so_once_until_the_simulation_begins_again(keeper, said, next_one, why):
+    keeper.answer(frame(0))
+    assert keeper.answer(next_one) is PASSIVE
+    after = next_one.nanoseconds + TICK
+    assert keeper.answer(frame(after)) is PASSIVE and not keeper.watch(after + 2 * OLDEST)
+    assert len(said) == 1 and why in said[0]
+    assert keeper.answer(frame(0))[0] == 101.0
+
+
+def test_silence_is_noticed_by_the_clock(keeper, said):
+    assert not keeper.watch(10 * OLDEST)  # nothing has begun
+    keeper.answer(frame(0))
+    keeper.answer(frame(TICK))
+    assert not keeper.watch(TICK + OLDEST) and said == []
+    assert keeper.watch(TICK + OLDEST + 1) and keeper.safe
+    assert "no sensors" in said[0]
+
+
+def test_who_comes_late_lets_the_joints_be(keeper, said):
+    assert keeper.answer(frame(5 * TICK)) is PASSIVE
+    assert "under way" in said[0]
+
+
+def give(inbox, values, sender="/one"):
+    for joint, value in enumerate(values):
+        inbox.put(joint, value, sender)
+
+
+def test_a_command_is_for_one_frame_and_complete_or_passive(said):
+    inbox = Inbox(6, said.append)
+    inbox.open(0)
+    give(inbox, range(6))
+    assert inbox.wait(0.0) == (0, 1, 2, 3, 4, 5) and math.isfinite(inbox.latency)
+    inbox.open(TICK)
+    give(inbox, range(5))
+    assert inbox.wait(0.0) is PASSIVE
+    assert said == ["no command within 0 s: joints are passive"]
+    inbox.open(2 * TICK)
+    give(inbox, [7.0] * 6, "/two")  # the first is lost: another may take over
+    assert inbox.wait(0.0) == (7.0,) * 6
+
+
+def test_a_second_controller_is_left_out(said):
+    inbox = Inbox(6, said.append)
+    inbox.open(0)
+    inbox.put(0, 1.0, "/one")
+    give(inbox, [9.0] * 6, "/two")
+    give(inbox, [1.0] * 6, "/one")
+    give(inbox, [9.0] * 6, "/two")
+    assert inbox.wait(0.0) == (1.0,) * 6
+    assert said == ["commands of /two are left out: /one controls the walker"]
+
+
+def test_in_real_time_no_command_is_held_for_longer_than_20_ms(said):
+    inbox = Inbox(6, said.append)
+    assert inbox.newest(0) is PASSIVE and said == []
+    inbox.open(0)
+    give(inbox, [3.0] * 6)
+    assert inbox.newest(OLDEST) == (3.0,) * 6
+    assert inbox.newest(OLDEST + 1) is PASSIVE and inbox.newest(OLDEST + 2) is PASSIVE
+    assert len(said) == 1 and "no command for more than 20 ms" in said[0]
+
+
+def hung(body):
+    """A simulation of ``body`` high in the air, at rest."""
+    lifted = dataclasses.replace(body, qpos=body.qpos + np.eye(1, 9, 1)[0] * 5, qvel=np.zeros(9))
+    return Simulation(lifted)
+
+
+def momentum(simulation):
+    tree = simulation.body.tree
+    return tree.mass @ tree.motion(simulation.qpos, simulation.qvel).speed[:, 0]
+
+
+def test_a_wrench_gives_its_impulse_at_its_time(body):
+    simulation = hung(body)
+    assert simulation.wrench("shank_left", 400.0, 0.0, 5 * TICK, 10 * TICK) == ""
+    assert simulation.wrench("elbow", 1.0, 0.0, 0, 0).startswith("no body elbow: give one of torso")
+    given = []
+    for _ in range(30):
+        simulation.tick(PASSIVE)
+        given.append(momentum(simulation))
+    assert given[4] == pytest.approx(0.0, abs=1e-9)
+    assert given[5] == pytest.approx(0.8, abs=1e-6)  # 400 N in 2 ms
+    assert given[14:] == pytest.approx(np.full(16, 8.0), abs=1e-9)
+
+
+def test_an_effort_is_added_to_the_command_and_ends(body):
+    rates = []
+    for asked, command in ((0.0, 20.0), (15.0, 5.0)):
+        simulation = hung(body)
+        assert simulation.effort("knee_right", asked, 0, 3 * TICK) == ""
+        for _ in range(3):
+            simulation.tick((0, 0, 0, 0, command, 0))
+        rates.append(simulation.qvel[7])
+        assert simulation.effort("elbow", 1.0, 0, 0).startswith("no joint elbow")
+    assert rates[0] == pytest.approx(rates[1], abs=1e-12) and rates[0] > 0.05
+    assert not simulation._efforts or not simulation._acting(simulation._efforts)
+    for_ever = hung(body)
+    for_ever.effort("knee_right", 20.0, 0, -1)
+    for _ in range(3):
+        for_ever.tick(PASSIVE)
+    assert for_ever.qvel[7] == pytest.approx(rates[0], abs=1e-12)
+
+
+def test_a_reset_forgets(body):
+    simulation = hung(body)
+    first = simulation.frame
+    simulation.wrench("torso", 400.0, 0.0, 0, -1)
+    simulation.tick(PASSIVE)
+    simulation.reset()
+    assert (simulation.frame, simulation.now) == (first, 0)
+    simulation.tick(PASSIVE)
+    assert momentum(simulation) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_frames_tell_what_the_instruments_do(body):
+    simulation = Simulation(body)
+    one = simulation.tick(PASSIVE)
+    said = wire.sensors(one)
+    assert one.nanoseconds == TICK
+    assert said.pitch == pytest.approx(body.qpos[2], abs=1e-12)  # MuJoCo's are of the tick's start
+    assert said.joints == pytest.approx(simulation.qpos[3:].reshape(2, 3), abs=0)
+    assert said.pitch_rate == pytest.approx(body.qvel[2], abs=1e-12)
+    assert one.finite and not frame(0, pitch=(math.nan, 1.0)).finite
+
+
+def test_the_loop_answers_every_frame(body, keeper):
+    given = loop.commands(hung(body), keeper, 4)
+    assert [row[0] for row in given] == [101.0, 1.0, 2.0, 3.0]
+
+
+def test_the_shipped_policy_walks_in_ode(body, tmp_path):
+    trained, manifest = export.load("shipped")
+    policy = export.write(trained, manifest, ("safetensors",), tmp_path)["safetensors"]
+    simulation, said = Simulation(body), []
+    keeper = Keeper(Controller.load(policy), body.stance, said.append)
+    loop.commands(simulation, keeper, 1500)
+    place = simulation.qpos[0]
+    simulation.wrench("torso", 400.0, 0.0, 0, 50 * TICK)  # 40 N s
+    loop.commands(simulation, keeper, 2000)
+    assert simulation.qpos[1] > 0.85 and said == []
+    assert (simulation.qpos[0] - place) / 4.0 == pytest.approx(1.05, abs=0.15)
+
+
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        ({"bodi": "x"}, "unknown parameter bodi: give some of body, method"),
+        ({}, "parameter body is missing"),
+        ({"body": "x", "lockstep": "yes"}, "parameter lockstep: 'yes' is no bool"),
+        ({"body": 3}, "parameter body: 3 is no str"),
+        ({"body": "x", "factor": True}, "parameter factor: True is no float"),
+    ],
+)
+def test_parameters_that_are_no_good_are_named(told, said):
+    with pytest.raises(UserError, match=said):
+        parameters.read(parameters.Simulated, told, "node")
+
+
+def test_what_a_walk_came_to():
+    record = Record(0.002)
+    for tick in range(2501):
+        record.add(np.array([0.002 * tick, 1.0, 0.0]), (0.0,) * 6, 0.001, 0.004 * tick)
+    assert not record.fallen
+    record.add(np.array([5.0, 0.5, 0.0]), PASSIVE, math.nan, 10.004)
+    told = record.told(0.5)
+    assert told["fell"] and (told["passive_ticks"], told["unanswered_ticks"]) == (1, 1)
+    assert told["speed"] == pytest.approx(1.0, rel=1e-3)
+    assert told["period"]["mean"] == pytest.approx(4.0) and told["latency"]["mean"] == pytest.approx(1.0)
+    assert told["real_time_share"] == pytest.approx(1.0, rel=1e-3)
