@@ -228,7 +228,9 @@ def test_the_walk_is_that_of_the_exported_controller_on_c_mujoco(still, shipped,
     found = _walked(still, "shipped", Loop(quiet, 1).start(1, _unburdened()))
     apart = np.abs(np.stack(walk.qpos)[::10] - found["poses"])
     assert not walk.fell and not found["done"]
-    assert apart[:, :3].max() < 0.01 and apart[:, 3:].max() < 0.05
+    assert apart[:, :3].max() < 0.01, "of ten metres"
+    # A foot that lands a few ticks sooner or later: a swinging shank turns by 0.02 rad in one.
+    assert np.median(apart[:, 3:]) < 0.005 and apart[:, 3:].max() < 0.15
 
 
 def _lane(browser):
