@@ -24,6 +24,7 @@ OUT = {  # how each says where its results go, and what else it cannot do withou
     "render": ("--out", "x.png", ["fixed"]),
     "play": ("--out", "x.html", ["shipped"]),
     "view": (None, "", ["fixed"]),
+    "ros": ("--out", "x", ["shipped"]),
     "bench": ("--json", "x.json", []),
 }
 NAMELESS = ("demo", "train", "train-baseline", "sweep", "paper", "bench")  # these are told no policy first

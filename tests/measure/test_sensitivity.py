@@ -112,7 +112,7 @@ def test_the_command_measures_each_setting_once(monkeypatch, tmp_path, capsys, e
     [
         (["--frictions", "0"], "--frictions 0: give a number"),
         (["--iterations", "2.5"], "--iterations 2.5: give whole numbers"),
-        (["--engine", "ode"], "'ode'"),
+        (["--engine", "bullet"], "'bullet'"),
         (["--timesteps", "0.003"], "--timesteps 0.003: the decision window"),
     ],
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from importlib import import_module
 from pathlib import Path
 from unittest import mock
 
@@ -49,4 +50,9 @@ def sweep(*argv: str) -> int:
 
 
 if __name__ == "__main__":
+    # Whoever starts several lets them begin together: what takes them longest is to import all this.
+    import_module("jaxwalk.learn.sweep.command")
+    import_module("jaxwalk.learn.train.run")
+    print("ready", flush=True)
+    sys.stdin.readline()
     sys.exit(sweep(*sys.argv[1:]))

@@ -118,8 +118,14 @@ def test_an_interrupted_trial_ends_the_sweep_and_leaves_the_study_usable(sweep):
 def test_two_processes_share_one_study(tmp_path):
     program = str(Path(canned.__file__))
     argv = ["--set", GAMMA, "--study", "s", "--run-dir", str(tmp_path), "--trials", "12", "--pruner", "none"]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
     both = [subprocess.Popen([sys.executable, program, *argv], **pipes) for _ in range(2)]
+    for process in both:
+        assert process.stdout is not None and "ready\n" in iter(process.stdout.readline, "")
+    for process in both:
+        assert process.stdin is not None
+        process.stdin.write("\n")
+        process.stdin.flush()
     said = [process.communicate()[0] for process in both]
     assert [process.returncode for process in both] == [0, 0], said
     assert canned.sweep(*argv) == 0
