@@ -105,8 +105,11 @@ _NOT_NEGATIVE += [
 _POSITIVE += [f"gait.step_plan.{name}" for name in ("change_length", "change_duration", "back_speed")]
 _POSITIVE += [
     f"gait.compliant.{name}"
-    for name in ("pitch_nominal", "knee_seconds", "push_off_ramp", "swing_soonest", "swing_acceleration_most")
-]
+    for name in (
+        "pitch_nominal", "knee_seconds", "push_off_ramp", "swing_soonest", "swing_acceleration_most",
+        "lag_seconds", "lag_speed", "lag_most",
+    )
+]  # fmt: skip
 _NOT_NEGATIVE += [
     f"gait.compliant.{field.name}"
     for field in dataclasses.fields(CompliantConfig)

@@ -113,7 +113,8 @@ def _check(manifest: dict[str, Any]) -> None:
     strong = who.strength is None or _is_strength(who.strength)
     legs = who.gait.compliant
     divisors = legs.knee_seconds, legs.push_off_ramp, legs.pitch_nominal, who.gait.step_plan.back_speed
-    divisors += legs.swing_soonest, legs.swing_acceleration_most  # and a bound
+    divisors += legs.swing_soonest, legs.swing_acceleration_most, legs.lag_seconds
+    divisors += legs.lag_speed, legs.lag_most  # bounds
     strong = strong and min(divisors) > 0
     sound = sound and set(manifest["switches"]) <= set(SWITCHES)
     if not sound or not strong or not np.isfinite(own).all() or not who.leg > 0:

@@ -17,7 +17,8 @@ static inline float jaxwalk_capture_error(const struct jaxwalk *w) {
 static inline float jaxwalk_stance_hip(const struct jaxwalk *w, float error) {
     const float speed = fmaxf(w->now.velocity - w->n.torso * w->now.pitch_rate, w->n.compliant_hip_speed_min);
     const float turning = speed / -w->z[w->stance];
-    const float off = w->now.pitch - w->n.compliant_lag_pitch * w->lag - w->n.compliant_pitch_offset - w->n.compliant_pitch_capture_gain * error;
+    const float upright = w->n.compliant_pitch_offset + w->n.compliant_lag_pitch * w->lag;
+    const float off = w->now.pitch - upright - w->n.compliant_pitch_capture_gain * error;
     const float rate = jaxwalk_clamp(-turning * off / w->n.compliant_pitch_nominal, -w->n.compliant_hip_rate_max,
                                      w->n.compliant_hip_rate_max);
     return w->n.compliant_hip_damping * (rate - w->now.rates[w->stance][0]);
