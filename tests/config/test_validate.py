@@ -8,7 +8,7 @@ from typing import Literal
 import pytest
 
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import Config, DDPGConfig, StepPlanConfig, of_dict, to_dict, validate
+from jaxwalk.config import CompliantConfig, Config, DDPGConfig, StepPlanConfig, of_dict, to_dict, validate
 from jaxwalk.config.formats import FORMAT
 from jaxwalk.config.presets import PRESETS
 
@@ -115,6 +115,12 @@ def test_a_senseless_configuration_is_refused(part, changes, option):
 )
 def test_a_senseless_step_plan_is_refused(changes, says):
     refused(Config(), "gait", {"step_plan": StepPlanConfig(**changes)}, says)
+
+
+@pytest.mark.parametrize("name", ["lag_seconds", "lag_speed", "lag_most"])
+def test_a_lag_is_divided_by_and_bounded(name):
+    says = f"--gait.compliant.{name.replace('_', '-')} 0.0: give a number above 0"
+    refused(Config(), "gait", {"compliant": CompliantConfig(**{name: 0.0})}, says)
 
 
 def test_rigid_legs_do_not_plan_their_steps():
