@@ -22,6 +22,7 @@ from jaxwalk.model.push_points import PLACES
 from jaxwalk.show import scene
 from jaxwalk.show.play import module, program
 from jaxwalk.show.web import document, figure
+from jaxwalk.show.web import origin as origin_of
 from jaxwalk.show.web.document import Document
 from jaxwalk.task.stepper import Task
 
@@ -41,12 +42,7 @@ def html(subject: Subject, origin: policy.Metadata | None, command: str) -> byte
       UserError: there is no module that walks as ``subject`` does.
     """
     config = subject.config
-    facts = [("Policy", f"{subject.name}, parameters {subject.digest[:12]}")]
-    if origin is None:
-        facts.append(("Trained", "no: a rule"))
-    else:
-        trained = f"{origin.footsteps:,} footsteps, seed {origin.seed}, jaxwalk {origin.jaxwalk_version}"
-        facts += [("Trained", trained), ("Trained by", origin.command)]
+    facts = origin_of.facts(subject, origin)
     facts += [
         ("Simulated", f"in this page, {1 / config.physics.timestep:g} ticks a second, as jaxwalk does"),
         ("Pushes", f"{config.pushes.duration:g} s; the first walker's phase counts from its landing"),

@@ -21,6 +21,7 @@ from jaxwalk.show import recording, scene
 from jaxwalk.show.recording import Shove, Walk
 from jaxwalk.show.replay_page import data
 from jaxwalk.show.web import document, figure
+from jaxwalk.show.web import origin as origin_of
 from jaxwalk.show.web.document import Document
 
 FILE = "replay.html"
@@ -85,12 +86,7 @@ def html(replay: Replay, origin: policy.Metadata | None, command: str) -> bytes:
     """
     config = replay.subject.config
     speed = f"{config.gait.speed_desired:g} m/s"
-    facts = [("Policy", f"{replay.subject.name}, parameters {replay.subject.digest[:12]}")]
-    if origin is None:
-        facts.append(("Trained", "no: a rule"))
-    else:
-        trained = f"{origin.footsteps:,} footsteps, seed {origin.seed}, jaxwalk {origin.jaxwalk_version}"
-        facts += [("Trained", trained), ("Trained by", origin.command)]
+    facts = origin_of.facts(replay.subject, origin)
     moved = f"MJX, {1 / config.physics.timestep:g} ticks a second"
     begins = {shove.time for walk in replay.walks for shove in walk.pushes}
     since = " or ".join(f"{second:g}" for second in sorted(begins))

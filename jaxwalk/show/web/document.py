@@ -17,7 +17,8 @@ from markupsafe import Markup
 
 @dataclass(frozen=True)
 class Document:
-    """A page of the package ``home``, whose folder holds its page.html, page.css and scripts.
+    """A page of the package ``home``, whose folder holds its page.html, page.css and scripts; page.html ends
+    within the footer, which `tail.html` goes on with.
 
     Attributes:
       home: name of the package.
@@ -72,7 +73,8 @@ def render(page: Document) -> bytes:
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    html = environment.from_string(_part(page.home, "page.html")).render(page=page)
+    whole = _part(page.home, "page.html") + _part(_SHARED, "tail.html")
+    html = environment.from_string(whole).render(page=page)
     return html.encode(errors="backslashreplace")
 
 
