@@ -60,12 +60,21 @@ _BEFORE: dict[int, dict[str, Any]] = {
         "train": {"footsteps": 40_000},
     },
     5: {"gait": {"compliant": {"lag_push_off": 0.0, "lag_pitch": 0.0, "lag_capture": 0.0}}},
+    6: {
+        "pushes": {"rate": 0.5, "rest": 0.0, "soon": 0.0, "impulse_least": 0.4},
+        "ddpg": {
+            "noise_seconds": 0.0, "noise_start": 0.12, "noise_end": 0.06, "action_weight": 4.0,
+            "updates_per_footstep": 0.2, "replay_capacity": 262_144, "warmup": 4_000,
+        },
+        "train": {"walkers": 256, "footsteps": 100_000, "windows_per_report": 50},
+    },
 }  # fmt: skip
 """Defaults of each format that are others in the next, or had no field yet. In 1, which said no number,
 walkers had rigid legs moved by servos and took one decision a step; in 2, policies commanded each step; in
 3, a leg that steps back swung as any other, ankles turned without end, steps were of one speed, training had
 one circumstance, and the paper's toe-off moved one leg; in 4, walkers balanced on the edge of a heel,
-and waited for a foot that was far enough behind; in 5, nothing told them of a pack or a slope."""
+and waited for a foot that was far enough behind; in 5, nothing told them of a pack or a slope; in 6, pushes
+came at any time, and exploration shook each answer by itself."""
 FORMAT = 1 + len(_BEFORE)
 """Of configurations."""
 

@@ -72,21 +72,14 @@ _PAPER = dataclasses.replace(
     observation=("speed", "pitch", "zmp", "step_length"),
 )
 
-# For one accelerator, where a footstep costs next to nothing beside an update: more of them, from more
-# walkers, and larger batches. Not tried since walkers plan their steps.
+# For one accelerator: more walkers, and larger batches. Not tried since walkers plan their steps.
 _GPU = Config(
-    ddpg=DDPGConfig(
-        batch_size=4_096,
-        replay_capacity=1_048_576,
-        updates_per_footstep=0.02,
-        warmup=16_000,
-        critic_head_start=300,
-    ),
-    train=TrainConfig(walkers=4_096, footsteps=600_000),
+    ddpg=DDPGConfig(batch_size=4_096, updates_per_footstep=0.02),
+    train=TrainConfig(walkers=4_096, footsteps=1_000_000),
 )
 
 # Half of the footsteps.
-_QUICK = Config(train=TrainConfig(footsteps=50_000, evaluations=8))
+_QUICK = Config(train=TrainConfig(footsteps=250_000, evaluations=8))
 
 # Seconds of work once compiled: does everything that training does, learns nothing.
 _SMOKE = Config(

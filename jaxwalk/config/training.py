@@ -19,17 +19,22 @@ class TaskConfig:
 class PushConfig:
     """The pushes that walkers meet in training."""
 
-    rate: float = 0.5
-    """Mean number of pushes a second."""
+    rate: float = 1.0
+    """Mean number of pushes a second, of those who have rested (0: none)."""
+    rest: float = 2.5
+    """Time after a push, and after the start, before the next one may come, s: what came of a push is told
+    from what comes of the next."""
+    soon: float = 0.2
+    """Share of the pushes that come without that rest, half a second to one and a half after the last."""
     impulse_forward: float = 170.0
     """Largest push from behind, N s."""
     impulse_backward: float = 165.0
     """Largest push from the front, N s."""
-    impulse_least: float = 0.4
-    """Smallest push, as a share of the largest of its direction: what anybody survives teaches nothing."""
+    impulse_least: float = 0.2
+    """Smallest push, as a share of the largest of its direction."""
     focus: float = 0.7
     """Share of the pushes that are dealt by how open their outcome is, for each side, size and phase of the
-    step; the others are dealt alike."""
+    step, for walkers with late instruments and for those just pushed apart; the others are dealt alike."""
     duration: float = 0.1
     """How long the force lasts, s."""
     height_spread: float = 0.2
@@ -74,28 +79,31 @@ class DDPGConfig:
     """Decisions whose rewards a critic's target holds before it believes its own word (1: the paper's)."""
     tau: float = 0.02
     """Share of the online parameters that enters the targets at each update."""
-    action_weight: float = 4.0
+    action_weight: float = 1.0
     """Price of the mean square of the actor's answers, in units of reward: where the critic tells no
     difference they stay near 0, the plan as it is."""
     average_rate: float = 5e-4
     """Share of the actor that enters the policy that is evaluated and kept, at each update (1: all)."""
     batch_size: int = 1_024
     """Transitions in one update."""
-    replay_capacity: int = 262_144
+    replay_capacity: int = 1_048_576
     """Transitions that are remembered."""
-    warmup: int = 4_000
+    warmup: int = 15_000
     """Footsteps gathered before the first update."""
     start: Literal["nominal", "random"] = "nominal"
     """First answer of the actor: the nominal step (from the height-to-stride-length ratio, as in the paper),
     or one drawn from all that can be commanded."""
     critic_head_start: int = 1_500
     """Updates of the critic before the actor moves: an early critic would lead it astray."""
-    updates_per_footstep: float = 0.2
+    updates_per_footstep: float = 0.04
     """Updates for each footstep gathered."""
-    noise_start: float = 0.12
+    noise_start: float = 0.25
     """Standard deviation of the exploration noise at first, in units of half the action range."""
-    noise_end: float = 0.06
+    noise_end: float = 0.15
     """The same at the end of training."""
+    noise_seconds: float = 0.4
+    """Time in which the exploration noise forgets itself, s: a step that is changed throughout tells more
+    than one that is shaken (0: each answer's is its own)."""
     noise_spread: float = 4.0
     """Ratio of the noisiest to the quietest walker's exploration (1: all alike)."""
     privileged: bool = True
@@ -139,9 +147,9 @@ class ESConfig:
 class TrainConfig:
     """The training loop."""
 
-    walkers: int = 256
+    walkers: int = 1_024
     """Walkers that learn side by side."""
-    footsteps: int = 100_000
+    footsteps: int = 500_000
     """Footsteps gathered before training ends."""
     window_ticks: int = 10
     """Ticks between two looks at whether a walker needs a decision."""
@@ -151,7 +159,7 @@ class TrainConfig:
     """Statures are drawn uniformly within this share of the body's height."""
     mass_spread: float = 0.2
     """Masses (at given stature) are drawn uniformly within this share."""
-    windows_per_report: int = 50
+    windows_per_report: int = 20
     """Windows between two lines of metrics; the loop runs on the device for so long."""
     evaluations: int = 16
     """Evaluations spread over training; the best ones' policies meet in the finals."""

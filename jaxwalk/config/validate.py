@@ -91,10 +91,11 @@ _POSITIVE = """
 _NOT_NEGATIVE = """
     physics.tolerance physics.ankle_damping physics.abduction_gain physics.abduction_integral
     sensors.noise circumstances.pack circumstances.slope circumstances.noise circumstances.delay
-    circumstances.speed pushes.rate reward.speed_tolerance
+    circumstances.speed pushes.rate pushes.rest reward.speed_tolerance
     pushes.impulse_forward pushes.impulse_backward pushes.height_spread ddpg.warmup
     ddpg.critic_head_start ddpg.action_weight
-    ddpg.updates_per_footstep ddpg.noise_start ddpg.noise_end ddpg.weight_decay ddpg.max_grad_norm
+    ddpg.updates_per_footstep ddpg.noise_start ddpg.noise_end ddpg.noise_seconds ddpg.weight_decay
+    ddpg.max_grad_norm
     ddpg.target_noise ddpg.target_noise_clip train.checkpoint_seconds train.divergence_limit task.replan
 """.split()
 _NOT_NEGATIVE += [
@@ -153,7 +154,8 @@ def check(config: Config) -> None:
         "0, for the work of joints that are not moved by torques is not measured",
     )
     met = config.circumstances
-    _require(0 <= met.share <= 1, "circumstances.share", met.share, "a number from 0 to 1")
+    for name, share in (("circumstances.share", met.share), ("pushes.soon", config.pushes.soon)):
+        _require(0 <= share <= 1, name, share, "a number from 0 to 1")
     _require(met.delay <= DELAY_MOST, "circumstances.delay", met.delay, f"at most {DELAY_MOST:g} s")
     _require(met.slope <= 10, "circumstances.slope", met.slope, "at most 10 degrees")
     _require(met.pack <= 100, "circumstances.pack", met.pack, "at most 100 kg")

@@ -42,7 +42,7 @@ def draw(config: Config, key: PRNGKeyArray) -> Drawn:
     kind = jnp.minimum(jax.random.randint(kind_key, (), 0, len(KINDS) + 1), len(KINDS) - 1)
     kind = jnp.where(jax.random.uniform(meets_key) < own.share, kind, len(KINDS))
     size = jax.random.uniform(size_key)
-    either = 2.0 * size - 1.0
+    either, size = 2.0 * size - 1.0, jnp.sqrt(size)  # the hard ones more often: near 0 all walk as usual
 
     def of(name: str, value: Any, otherwise: Any) -> Float[Array, ""]:
         return jnp.where(kind == KINDS.index(name), value, otherwise)

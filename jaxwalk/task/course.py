@@ -1,7 +1,9 @@
 """Which pushes training deals: those whose outcome is open more often than those that all survive, or none.
 
-Pushes are told apart by cells: side, size, and phase of the step at which they begin. What comes of each is
-counted, and what a walker can learn most from is dealt most (as prioritised levels are: Jiang et al. 2021).
+Pushes are told apart by cells: the situation in which they come, side, size, and phase of the step at which
+they begin. What comes of each is counted, and of a situation's pushes those that a walker can learn most from
+are dealt most (as prioritised levels are: Jiang et al. 2021). Situations are kept apart since what is nothing
+to one walker is too much for another: whose instruments are late, or who has just been pushed.
 """
 
 from __future__ import annotations
@@ -12,8 +14,13 @@ import numpy as np
 from flax import struct
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-SIDES, SIZES, PHASES = 2, 6, 8
-CELLS = SIDES * SIZES * PHASES
+USUAL, LATE, SOON = range(3)
+"""Situations: as configured, or with a circumstance that tells little; late instruments on weak motors; soon
+after another push."""
+SITUATIONS = 3
+SIDES, SIZES, PHASES = 2, 8, 8
+PUSHES = SIDES * SIZES * PHASES  # of a situation
+CELLS = SITUATIONS * PUSHES
 NONE = -1  # of no cell
 MEMORY = 0.9995  # of what is counted, from one window to the next
 
@@ -49,26 +56,26 @@ def start() -> Course:
 
 
 def even() -> np.ndarray:
-    """[CELLS] the shares of all alike."""
-    return np.full(CELLS, 1 / CELLS, np.float32)
+    """[SITUATIONS, PUSHES] the shares of all alike."""
+    return np.full((SITUATIONS, PUSHES), 1 / PUSHES, np.float32)
 
 
-def shares(course: Course, focus: float) -> Float[Array, "C"]:
-    """[CELLS] how often each is dealt: ``focus`` of all by the spread of its outcome, p (1 - p), p being the
-    share that is lost; the rest alike."""
-    lost = (course.lost + 0.5) / (course.dealt + 1.0)
+def shares(course: Course, focus: float) -> Float[Array, "S P"]:
+    """[SITUATIONS, PUSHES] how often each is dealt in its situation: ``focus`` of all by the spread of its
+    outcome, p (1 - p), p being the share that is lost; the rest alike."""
+    lost = ((course.lost + 0.5) / (course.dealt + 1.0)).reshape(SITUATIONS, PUSHES)
     spread = lost * (1.0 - lost)
-    return (1.0 - focus) / CELLS + focus * spread / jnp.sum(spread)
+    return (1.0 - focus) / PUSHES + focus * spread / jnp.sum(spread, axis=1, keepdims=True)
 
 
-def draw(shares: Float[Array, "C"], key: PRNGKeyArray) -> Dealt:
-    """A push of a cell that comes up as often as ``shares`` says, anywhere within it."""
+def draw(shares: Float[Array, "S P"], situation: Int[Array, ""], key: PRNGKeyArray) -> Dealt:
+    """A push of a cell that comes up in its situation as often as ``shares`` says, anywhere within it."""
     which, where = jax.random.split(key)
-    cell = jnp.sum(jnp.cumsum(shares) < jax.random.uniform(which), dtype=jnp.int32)
-    cell = jnp.minimum(cell, CELLS - 1)
+    cell = jnp.sum(jnp.cumsum(shares[situation]) < jax.random.uniform(which), dtype=jnp.int32)
+    cell = jnp.minimum(cell, PUSHES - 1)
     within = jax.random.uniform(where, (2,))
     return Dealt(
-        cell=cell,
+        cell=situation * PUSHES + cell,
         forward=cell % SIDES == 0,
         size=(cell // SIDES % SIZES + within[0]) / SIZES,
         phase=(cell // (SIDES * SIZES) + within[1]) / PHASES,

@@ -14,8 +14,9 @@ from jaxwalk.model import pushes
 from jaxwalk.task import circumstances, course, stepper
 from jaxwalk.task.stepper import Stepper, Task
 
-Shares = Float[Array, "C"] | None
+Shares = Float[Array, "S P"] | None
 SHORTEST, USUAL = 0.2, 0.6  # s of a step that is one; of the reference body's, before it has taken any
+SOON = (0.5, 1.5)  # s after another push, of one that comes without a rest
 
 
 def walker(config: Config, task: Task, key: PRNGKeyArray, shares: Shares = None) -> Stepper:
@@ -32,16 +33,24 @@ def walker(config: Config, task: Task, key: PRNGKeyArray, shares: Shares = None)
 
 
 def push(config: Config, state: Stepper, key: PRNGKeyArray, shares: Shares = None) -> pushes.Push:
-    """The next push of a walker: exponential waiting time, random side, size, phase of the step, and height.
+    """The next push of a walker: after a rest and an exponential waiting time, or soon after the last one;
+    of random side, size, phase of the step, and height.
 
     Args:
       shares: of the cells of `course`; all alike if not given.
     """
-    wait_key, cell_key, height_key = jax.random.split(key, 3)
+    wait_key, soon_key, cell_key, height_key = jax.random.split(key, 4)
     settings, body = config.pushes, state.walker
-    dealt = course.draw(jnp.asarray(course.even()) if shares is None else shares, cell_key)
-    wait = jax.random.exponential(wait_key) / settings.rate if settings.rate else jnp.inf
-    ratio = body.person.ratio
+    ratio, burden = body.person.ratio, body.person.burden
+    late = course.USUAL if burden is None else jnp.where(burden.delay > 0, course.LATE, course.USUAL)
+    soon = (body.tick > 0) & (jax.random.uniform(soon_key) < settings.soon)
+    dealt = course.draw(
+        jnp.asarray(course.even()) if shares is None else shares,
+        jnp.where(soon, course.SOON, late),
+        cell_key,
+    )
+    wait = settings.rest + jax.random.exponential(wait_key) / settings.rate if settings.rate else jnp.inf
+    wait = jnp.where(soon, jax.random.uniform(wait_key, (), minval=SOON[0], maxval=SOON[1]), wait)
     most = jnp.where(dealt.forward, settings.impulse_forward, -settings.impulse_backward)
     impulse = most * (settings.impulse_least + (1 - settings.impulse_least) * dealt.size) * ratio.impulse
     height = settings.height_spread * jax.random.uniform(height_key, (), minval=-1.0) * ratio.length

@@ -1,10 +1,12 @@
-"""Exploration: Gaussian noise on the action, less of it as training goes on.
+"""Exploration: Gaussian noise on the action that lasts for about a step, less of it as training goes on.
 
 Walkers differ in how boldly they explore, as in Ape-X DPG (Horgan et al. 2018), so that the
 replay holds both near-greedy and far-off footsteps at any time.
 """
 
 from __future__ import annotations
+
+import math
 
 import jax
 import jax.numpy as jnp
@@ -34,7 +36,9 @@ def scale(config: DDPGConfig, progress: Float[Array, ""], walkers: int) -> Float
     return level * spread(walkers, config.noise_spread)
 
 
-def perturb(action: Float[Array, "A"], key: PRNGKeyArray, scale: Float[Array, ""]) -> Float[Array, "A"]:
-    """One walker's ``action`` plus Gaussian noise of standard deviation ``scale``, clipped to [-1, 1]."""
-    noise = scale * jax.random.normal(key, action.shape, action.dtype)
-    return jnp.clip(action + noise, -1.0, 1.0)
+def on(config: DDPGConfig, seconds: float, noise: Float[Array, "A"], key: PRNGKeyArray) -> Float[Array, "A"]:
+    """One walker's noise of unit variance, ``seconds`` later: an Ornstein-Uhlenbeck process, as in Lillicrap
+    et al. 2015, that forgets itself in `noise_seconds`."""
+    kept = math.exp(-seconds / config.noise_seconds) if config.noise_seconds else 0.0
+    fresh = jax.random.normal(key, noise.shape, noise.dtype)
+    return kept * noise + math.sqrt(1.0 - kept**2) * fresh

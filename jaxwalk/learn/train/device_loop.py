@@ -67,6 +67,7 @@ class TrainState(struct.PyTreeNode):
       footsteps: gathered in all; each may hold many decisions.
       owed: updates due, fractions included.
       key: of exploration, renewals and sampling.
+      exploration: [W, A] noise under way, of unit variance.
     """
 
     steppers: Stepper
@@ -77,6 +78,7 @@ class TrainState(struct.PyTreeNode):
     footsteps: Float[Array, ""]
     owed: Float[Array, ""]
     key: PRNGKeyArray
+    exploration: Float[Array, "W A"]
 
 
 def _no_counts() -> Counts:
@@ -85,7 +87,7 @@ def _no_counts() -> Counts:
 
 def _specs() -> TrainState:
     split, same = PartitionSpec(AXIS), PartitionSpec()
-    specs: list[Any] = [split, split, same, same, same, same, same, same]  # in the places of arrays
+    specs: list[Any] = [split, split, same, same, same, same, same, same, split]  # in the places of arrays
     return TrainState(*specs)
 
 
@@ -139,6 +141,7 @@ def _build(config: Config) -> Callable[[Any], TrainState]:
             footsteps=jnp.zeros(()),
             owed=jnp.zeros(()),
             key=key,
+            exploration=jnp.zeros((count, len(footstep.ACTIONS))),
         )
 
     return build
@@ -177,8 +180,13 @@ def on_device(
         mine = _mine(config.train.walkers, devices)
         scales = noise.scale(config.ddpg, state.footsteps / total, config.train.walkers)[mine]
 
-        def act(observation: Float[Array, "B O"], keys: Key[Array, " B"]) -> Float[Array, "B 2"]:
-            return jax.vmap(noise.perturb)(learner.act(config.ddpg, state.learner, observation), keys, scales)
+        on_key, key = jax.random.split(key)
+        on = partial(noise.on, config.ddpg, config.train.window_ticks * config.physics.timestep)
+        exploration = jax.vmap(on)(state.exploration, _keys(on_key, mine))
+
+        def act(observation: Float[Array, "B O"], _: Key[Array, " B"]) -> Float[Array, "B 2"]:
+            actions = learner.act(config.ddpg, state.learner, observation)
+            return jnp.clip(actions + scales[:, None] * exploration, -1.0, 1.0)
 
         shares = course.shares(state.course, config.pushes.focus)
         steppers, brought = collect.window(config, task, state.steppers, act, _keys(key, mine), shares)
@@ -202,6 +210,7 @@ def on_device(
             )
         return state.replace(
             steppers=steppers,
+            exploration=exploration,
             counts=jax.tree.map(jnp.add, state.counts, sums),
             course=course.remembered(state.course, *told),
             footsteps=state.footsteps + sums.footsteps,
