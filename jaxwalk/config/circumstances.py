@@ -10,7 +10,7 @@ class CircumstancesConfig:
     """Circumstances of which walkers draw one for their life, evenly up to these; the speed asked for is the
     only one that they are told."""
 
-    share: float = 0.5
+    share: float = 0.6
     """Share of the walkers that draw one; the others walk as configured."""
     speed: float = 0.4
     """Another speed asked for, by so much at most, m/s."""

@@ -8,7 +8,7 @@ from typing import Literal
 from jaxwalk.common import runtime
 from jaxwalk.config.formats import of_dict
 from jaxwalk.config.schema import Config
-from jaxwalk.config.training import DDPGConfig, TrainConfig
+from jaxwalk.config.training import DDPGConfig, PushConfig, TrainConfig
 from jaxwalk.config.walker import BodyConfig
 
 PresetName = Literal["default", "gpu", "quick", "paper", "smoke", "rigid"]
@@ -84,6 +84,7 @@ _QUICK = Config(train=TrainConfig(footsteps=250_000, evaluations=8))
 # Seconds of work once compiled: does everything that training does, learns nothing.
 _SMOKE = Config(
     ddpg=DDPGConfig(hidden=(32, 32), batch_size=32, replay_capacity=2_048, warmup=64, critic_head_start=10),
+    pushes=PushConfig(rest=0.0),
     train=TrainConfig(walkers=8, footsteps=400, episode_seconds=5.0, evaluations=1, finalists=1),
 )
 

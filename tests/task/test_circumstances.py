@@ -37,13 +37,13 @@ def changed(drawn):
     }
 
 
-def test_half_of_the_walkers_meet_one_thing_late_instruments_twice_as_often_as_another(drawn):
+def test_a_share_of_the_walkers_meets_one_thing_late_instruments_more_often_than_another(drawn):
     met = changed(drawn)
     assert tuple(met) == circumstances.KINDS
     assert np.sum(list(met.values()), axis=0).max() == 1
-    each = CONFIG.circumstances.share / (len(circumstances.KINDS) + 1)
+    each = CONFIG.circumstances.share / (len(circumstances.KINDS) + circumstances.LATE - 1)
     for name, own in met.items():
-        share = 2 * each if name == "late" else each
+        share = circumstances.LATE * each if name == "late" else each
         assert np.mean(own) == pytest.approx(share, abs=5 * np.sqrt(share / MANY))
 
 

@@ -21,7 +21,7 @@ WALKERS, WINDOWS = 8, 130
 CONFIG = dataclasses.replace(
     PRESETS["rigid"],  # one decision a step; steps decided anew have tests of their own
     # Hard pushes and short lives, so that both ends of an episode occur often.
-    pushes=PushConfig(rate=1.5, impulse_forward=160.0, impulse_backward=160.0),
+    pushes=PushConfig(rate=1.5, rest=0.0, soon=0.0, impulse_forward=160.0, impulse_backward=160.0),
     train=TrainConfig(
         walkers=WALKERS, window_ticks=8, episode_seconds=1.3, height_spread=0.1, mass_spread=0.1
     ),

@@ -204,7 +204,7 @@ def test_what_is_not_finite_ends_as_a_fall(start, step, actions):
 
 
 def test_pushes_come_and_are_renewed(start):
-    config = replace(CONFIG, pushes=PushConfig(rate=1e3, duration=0.1))
+    config = replace(CONFIG, pushes=PushConfig(rate=1e3, rest=0.0, duration=0.1))
     env = FootstepEnv(config)
     state = jax.tree.map(lambda x: x[0], start)
     body = state.pipeline_state.walker

@@ -15,7 +15,7 @@ from jaxwalk.task.stepper import Task
 
 WALKERS, WINDOWS, AGAIN = 4, 200, 3
 CONFIG = Config(
-    pushes=PushConfig(rate=1.5, impulse_forward=450.0, impulse_backward=450.0),
+    pushes=PushConfig(rate=1.5, rest=0.0, impulse_forward=450.0, impulse_backward=450.0),
     train=TrainConfig(walkers=WALKERS, episode_seconds=1.5),
     task=TaskConfig(replan=AGAIN),
 )
