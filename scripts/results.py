@@ -57,7 +57,7 @@ ppo-{seed} | jaxwalk train-baseline ppo --footsteps 20000 --seed {seed} --run-di
 learning | python scripts/results.py --collect {runs} {at} |
 rules | jaxwalk compare fixed constant raibert capture-point replan shipped --walkers 256 --seconds 60 \
 --replicas 64 \
---impulses -125,-110,-95,-80,-60,40,70,95,125,140,145,150 --out {at} | {s}
+--impulses -125,-110,-95,-80,-60,40,70,95,125,140,145 --out {at} | {s}
 compare | jaxwalk compare fixed constant raibert capture-point replan shipped {seeds} --walkers 64 \
 --seconds 20 --impulses -100,-80,-60,-40,40,60,70,80 --out {at} | {s}
 report.html | jaxwalk report shipped --results {results} --out {at} --parts \

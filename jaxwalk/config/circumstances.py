@@ -12,6 +12,9 @@ class CircumstancesConfig:
 
     share: float = 0.6
     """Share of the walkers that draw one; the others walk as configured."""
+    late: int = 4
+    """How many times as often as another they draw late instruments on weak motors: bold answers to what is
+    told late are wrong ones."""
     speed: float = 0.4
     """Another speed asked for, by so much at most, m/s."""
     pack: float = 25.0

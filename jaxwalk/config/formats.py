@@ -67,7 +67,7 @@ _BEFORE: dict[int, dict[str, Any]] = {
             "updates_per_footstep": 0.2, "replay_capacity": 262_144, "warmup": 4_000,
         },
         "train": {"walkers": 256, "footsteps": 100_000, "windows_per_report": 50},
-        "circumstances": {"share": 0.5},
+        "circumstances": {"share": 0.5, "late": 2},
     },
 }  # fmt: skip
 """Defaults of each format that are others in the next, or had no field yet. In 1, which said no number,

@@ -76,7 +76,7 @@ def _decode(kind: Any, value: Any, where: str) -> Any:
 # Fields by the sense their values must have. Bodies are `person`'s to judge.
 _POSITIVE = """
     physics.timestep physics.iterations physics.ls_iterations physics.contact_timeconst physics.heel_timeconst
-    physics.friction circumstances.friction circumstances.strength
+    physics.friction circumstances.friction circumstances.strength circumstances.late
     sensors.mean_window gait.speed_desired gait.pitch_nominal
     gait.toe_off_full gait.toe_off_duration_min gait.stall_seconds gait.fall_height gait.fall_pitch
     physics.hip_gain physics.hip_limit physics.knee_stiffness physics.knee_damping physics.knee_limit

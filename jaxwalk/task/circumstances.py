@@ -18,7 +18,6 @@ from jaxwalk.config import Config
 from jaxwalk.model.burdens import BACKPACK, FRONT_PACK, Burden
 
 KINDS = ("speed", "backpack", "front_pack", "slope", "friction", "noise", "late")
-LATE = 4  # whose steps a policy spoils first: bold answers to what is told late are wrong ones
 
 
 class Drawn(struct.PyTreeNode):
@@ -35,13 +34,13 @@ class Drawn(struct.PyTreeNode):
 
 
 def draw(config: Config, key: PRNGKeyArray) -> Drawn:
-    """A walker's circumstance: none for 1 - `share` of them, else one of `KINDS`, the last `LATE` times as
+    """A walker's circumstance: none for 1 - `share` of them, else one of `KINDS`, the last `late` times as
     often as another."""
     own, usual = config.circumstances, jnp.float32(config.gait.speed_desired)
     if not own.share:
         return Drawn(usual, jnp.float32(config.sensors.noise))
     meets_key, kind_key, size_key = jax.random.split(key, 3)
-    kind = jnp.minimum(jax.random.randint(kind_key, (), 0, len(KINDS) + LATE - 1), len(KINDS) - 1)
+    kind = jnp.minimum(jax.random.randint(kind_key, (), 0, len(KINDS) + own.late - 1), len(KINDS) - 1)
     kind = jnp.where(jax.random.uniform(meets_key) < own.share, kind, len(KINDS))
     size = jax.random.uniform(size_key)
     either, size = 2.0 * size - 1.0, jnp.sqrt(size)  # the hard ones more often: near 0 all walk as usual

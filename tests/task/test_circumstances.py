@@ -41,9 +41,9 @@ def test_a_share_of_the_walkers_meets_one_thing_late_instruments_more_often_than
     met = changed(drawn)
     assert tuple(met) == circumstances.KINDS
     assert np.sum(list(met.values()), axis=0).max() == 1
-    each = CONFIG.circumstances.share / (len(circumstances.KINDS) + circumstances.LATE - 1)
+    each = CONFIG.circumstances.share / (len(circumstances.KINDS) + CONFIG.circumstances.late - 1)
     for name, own in met.items():
-        share = circumstances.LATE * each if name == "late" else each
+        share = CONFIG.circumstances.late * each if name == "late" else each
         assert np.mean(own) == pytest.approx(share, abs=5 * np.sqrt(share / MANY))
 
 
