@@ -158,7 +158,11 @@ def test_a_batch_tells_speed_memory_and_cost_of_each_program(batch, names):
     # Native code leaves out what is multiplied by nought.
     assert row["programs"]["plant"]["flops_per_tick"] < row["programs"]["tick"]["flops_per_tick"]
     assert row["programs"]["tick"]["flops_per_tick"] < bare["flops_per_tick"]
-    assert row["programs"]["training_loop"]["updates_per_second"] > 0
+    # So few walkers owe an update once in many calls.
+    loop = row["programs"]["training_loop"]
+    assert 0 <= loop["updates_per_second"] <= loop["footsteps_per_second"]
+    others = [one for name, one in row["programs"].items() if name != "training_loop"]
+    assert all(one["updates_per_second"] is None for one in others)
 
 
 def test_what_a_stage_adds_is_its_time_less_that_of_the_one_before(batch):
