@@ -25,7 +25,7 @@ def test_each_command_is_one_that_train_understands_and_they_differ():
     configs = {name: options.read(shlex.split(one.line(0))[2:]).config for name, one in TRAININGS.items()}
     assert len({json.dumps(to_dict(config)) for config in configs.values()}) == len(TRAININGS) == 5
     full = configs["full"]
-    assert full.observation == ("speed", "pitch", "zmp", "step_length") and full.train.footsteps == 50_000
+    assert full.observation == ("speed", "pitch", "zmp", "step_length") and full.train.footsteps == 250_000
     assert configs["pair"].observation == ("zmp", "pitch")
     assert (configs["printed"].ddpg.actor_lr, configs["printed"].ddpg.critic_lr) == (1e-8, 2e-8)
     assert (full.ddpg.start, configs["random"].ddpg.start) == ("nominal", "random")

@@ -36,6 +36,7 @@ def told(lives: int, fall: int | None = None, capacity: int = CAPACITY) -> list[
     state = device_loop.TrainState(
         steppers=nothing, replay=replay, learner=replace(known, critic=says),
         counts=nothing, course=nothing, footsteps=nothing, owed=nothing, key=nothing,
+        exploration=nothing,
     )  # fmt: skip
     return np.asarray(device_loop.returns(CONFIG, devices.mesh(1))(state)).tolist()
 
