@@ -58,10 +58,11 @@ class Herd:
 
     def of(self, walkers: int) -> TrainState:
         """Training in a batch of so many, nothing of it shared with another."""
-        state = jax.tree.map(jnp.copy, self.state.replace(steppers=None, replay=None))
+        state = jax.tree.map(jnp.copy, self.state.replace(steppers=None, replay=None, exploration=None))
         return state.replace(
             steppers=split(self._again(self.state.steppers, walkers), self.mesh),
             replay=split(dealt(self.state.replay, walkers), self.mesh),
+            exploration=split(self._again(self.state.exploration, walkers), self.mesh),
         )
 
     def unpushed(self, walkers: int) -> Stepper:
