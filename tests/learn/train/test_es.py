@@ -19,7 +19,7 @@ import small
 
 from jaxwalk import cli
 from jaxwalk.common.parallel import devices
-from jaxwalk.config import ESConfig
+from jaxwalk.config import ESConfig, PushConfig
 from jaxwalk.learn.policies import named, policy
 from jaxwalk.learn.runs import run_folder
 from jaxwalk.learn.train import beside
@@ -29,6 +29,7 @@ CONFIG = dataclasses.replace(
     small.CONFIG,
     ddpg=dataclasses.replace(small.CONFIG.ddpg, hidden=(4,)),
     es=ESConfig(generations=2, candidates=4, walkers=4, seconds=1.0),
+    pushes=PushConfig(rate=0.0),
     train=dataclasses.replace(small.CONFIG.train, walkers=4, evaluations=2, finalists=1),
 )
 
