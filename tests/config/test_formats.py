@@ -85,6 +85,8 @@ def test_in_the_fifth_format_nothing_told_of_a_pack():
 def test_in_the_sixth_format_pushes_came_at_any_time():
     before, now = of_dict({"format": 6}), of_dict({"format": FORMAT})
     assert (before.pushes.rest, before.pushes.soon, before.ddpg.noise_seconds) == (0.0, 0.0, 0.0)
+    assert (before.circumstances.share, before.circumstances.late) == (0.5, 2)
+    assert (before.train.walkers, before.train.footsteps, before.ddpg.action_weight) == (256, 100_000, 4.0)
     assert before.gait == now.gait
 
 

@@ -61,6 +61,8 @@ def test_what_is_met_reaches_from_the_usual_to_the_limits(drawn):
         assert low - 1e-6 <= values.min() and values.max() <= high + 1e-6
         span = high - low
         assert values.min() < low + 0.25 * span and values.max() > high - 0.25 * span
+    # The density of what has one side rises from nought to the limit: its mean is two thirds of it.
+    assert np.mean(burden.delay[burden.delay > 0]) == pytest.approx(own.delay * 2 / 3, rel=0.05)
 
 
 def test_nobody_bears_anything_where_none_is_to():
