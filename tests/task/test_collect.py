@@ -21,7 +21,7 @@ WALKERS, WINDOWS = 8, 130
 CONFIG = dataclasses.replace(
     PRESETS["rigid"],  # one decision a step; steps decided anew have tests of their own
     # Hard pushes and short lives, so that both ends of an episode occur often.
-    pushes=PushConfig(rate=1.5, rest=0.0, soon=0.0, impulse_forward=160.0, impulse_backward=160.0),
+    pushes=PushConfig(rate=1.5, rest=0.0, soon=0.0, impulse_forward=140.0, impulse_backward=140.0),
     train=TrainConfig(
         walkers=WALKERS, window_ticks=8, episode_seconds=1.3, height_spread=0.1, mass_spread=0.1
     ),
@@ -286,7 +286,7 @@ def test_newborns_differ_within_their_ranges():
     spans(ratio.length, 0.9, 1.1)
     spans(ratio.mass / ratio.length**3, 0.9, 1.1)  # at given stature
     impulse = push.force * push.ticks * CONFIG.physics.timestep
-    spans(impulse / (ratio.mass * np.sqrt(ratio.length)), -160.0, 160.0)
+    spans(impulse / (ratio.mass * np.sqrt(ratio.length)), -CONFIG.pushes.impulse_backward, CONFIG.pushes.impulse_forward)
     spread = CONFIG.pushes.height_spread
     spans(push.height / ratio.length, -spread, spread)
     wait = push.start * CONFIG.physics.timestep

@@ -204,21 +204,21 @@ def test_what_is_not_finite_ends_as_a_fall(start, step, actions):
 
 
 def test_pushes_come_and_are_renewed(start):
-    config = replace(CONFIG, pushes=PushConfig(rate=1e3, rest=0.0, duration=0.1))
+    config = replace(CONFIG, pushes=PushConfig(rate=1e3, rest=0.0, soon=0.0, duration=0.1))
     env = FootstepEnv(config)
     state = jax.tree.map(lambda x: x[0], start)
     body = state.pipeline_state.walker
     key = jax.random.key(0)
 
     def renewed(tick):
+        push = body.push.replace(start=jnp.int32(400), ticks=jnp.int32(50))
         moved = state.pipeline_state.replace(walker=body.replace(tick=jnp.int32(tick), push=push))
         return env._renew(moved, key).walker
 
-    push = body.push.replace(start=jnp.int32(100), ticks=jnp.int32(50))
-    assert renewed(0).push.start < 100, "an episode begins with a push of its own"
-    assert renewed(149).push.start == 100, "a push under way stays"
     # At a phase of the step under way: no later than a step's time.
-    assert 150 <= renewed(150).push.start < 450, "one that is over makes room for the next"
+    assert 0 <= renewed(0).push.start < 300, "an episode begins with a push of its own"
+    assert renewed(449).push.start == 400, "a push under way stays"
+    assert 450 <= renewed(450).push.start < 750, "one that is over makes room for the next"
 
 
 def test_brax_wrappers(wrapped_start, wrapped_step, actions):
