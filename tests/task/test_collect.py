@@ -286,7 +286,11 @@ def test_newborns_differ_within_their_ranges():
     spans(ratio.length, 0.9, 1.1)
     spans(ratio.mass / ratio.length**3, 0.9, 1.1)  # at given stature
     impulse = push.force * push.ticks * CONFIG.physics.timestep
-    spans(impulse / (ratio.mass * np.sqrt(ratio.length)), -CONFIG.pushes.impulse_backward, CONFIG.pushes.impulse_forward)
+    spans(
+        impulse / (ratio.mass * np.sqrt(ratio.length)),
+        -CONFIG.pushes.impulse_backward,
+        CONFIG.pushes.impulse_forward,
+    )
     spread = CONFIG.pushes.height_spread
     spans(push.height / ratio.length, -spread, spread)
     wait = push.start * CONFIG.physics.timestep
