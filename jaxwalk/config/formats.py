@@ -68,6 +68,10 @@ _BEFORE: dict[int, dict[str, Any]] = {
         },
         "train": {"walkers": 256, "footsteps": 100_000, "windows_per_report": 50},
         "circumstances": {"share": 0.5, "late": 2},
+        "observation": [
+            "speed", "speed_desired", "pitch", "pitch_rate", "acceleration", "elapsed", "capture_ahead",
+            "swing_ahead",
+        ],
     },
 }  # fmt: skip
 """Defaults of each format that are others in the next, or had no field yet. In 1, which said no number,
@@ -75,7 +79,8 @@ walkers had rigid legs moved by servos and took one decision a step; in 2, polic
 3, a leg that steps back swung as any other, ankles turned without end, steps were of one speed, training had
 one circumstance, and the paper's toe-off moved one leg; in 4, walkers balanced on the edge of a heel,
 and waited for a foot that was far enough behind; in 5, nothing told them of a pack or a slope; in 6, pushes
-came at any time, and exploration shook each answer by itself."""
+came at any time, exploration shook each answer by itself, and policies were not told how late their
+instruments are."""
 FORMAT = 1 + len(_BEFORE)
 """Of configurations."""
 

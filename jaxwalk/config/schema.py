@@ -12,7 +12,7 @@ from jaxwalk.config.walker import BodyConfig, PhysicsConfig, SensorConfig
 
 Observable = Literal[
     "speed", "pitch", "zmp", "step_length", "pitch_rate", "acceleration",
-    "speed_desired", "height", "com_ahead", "elapsed", "capture_ahead", "swing_ahead",
+    "speed_desired", "height", "com_ahead", "elapsed", "capture_ahead", "swing_ahead", "delay",
 ]  # fmt: skip
 
 Kernels = Literal["auto", "off"]
@@ -36,7 +36,7 @@ class Config:
     train: TrainConfig = field(default_factory=TrainConfig)
     observation: tuple[Observable, ...] = (
         "speed", "speed_desired", "pitch", "pitch_rate", "acceleration", "elapsed", "capture_ahead",
-        "swing_ahead",
+        "swing_ahead", "delay",
     )  # fmt: skip
     """What the policy is told when it is asked."""
     kernels: Kernels = "auto"

@@ -26,6 +26,8 @@ class Controller:
       policy: exported.
       height, mass: of the walker, m, kg; default: those that the policy was trained around.
       speed: forward speed to aim at, m/s; default: as trained.
+      delay: by which the instruments of torso and soles tell late, s, as you measured it; policies whose
+        observation names it are told.
 
     Attributes:
       timestep: s between ticks.
@@ -37,7 +39,7 @@ class Controller:
       passive: they were too many, or the first was one, and the joints are let go until the next `start`.
 
     Raises:
-      UserError: a stature, a mass or a speed out of range.
+      UserError: a stature, a mass, a speed or a delay out of range.
     """
 
     def __init__(
@@ -46,9 +48,10 @@ class Controller:
         height: float | None = None,
         mass: float | None = None,
         speed: float | None = None,
+        delay: float = 0.0,
     ) -> None:
         self.policy = policy
-        self.person = person.build(policy.manifest, height, mass)
+        self.person = person.build(policy.manifest, height, mass, delay)
         if speed is not None:
             self.ask(speed)
         self.timestep: float = policy.manifest["timestep"]
@@ -91,6 +94,7 @@ class Controller:
         height: float | None = None,
         mass: float | None = None,
         speed: float | None = None,
+        delay: float = 0.0,
     ) -> Controller:
         """The controller of an exported .safetensors or .npz file.
 
@@ -99,7 +103,7 @@ class Controller:
         """
         loaded = policy.load(path)
         try:
-            return cls(loaded, height, mass, speed)
+            return cls(loaded, height, mass, speed, delay)
         except (KeyError, TypeError, ValueError):
             raise UserError(f"policy {path}: its manifest is damaged; export it anew") from None
 

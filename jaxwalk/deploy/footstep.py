@@ -43,6 +43,7 @@ def observe(
             (sensors.capture_point(who, gravity, estimate) - posture.x[stance]) / who.length
         ),
         "swing_ahead": lambda: step_clock.step_length(posture, clock) / who.length,
+        "delay": lambda: who.delay / who.speed,
     }
     return np.array([known[name]() for name in names], np.float32)
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import CompliantConfig, GaitConfig, StepPlanConfig
+from jaxwalk.config import DELAY_MOST, CompliantConfig, GaitConfig, StepPlanConfig
 from jaxwalk.config.gait import RIGID, SHARED
 
 _LATER = {
@@ -44,6 +44,7 @@ class Person:
       torso_share: of the mass of the body that the torso's lean moves.
       torso_inertia: about the hip, kg m^2. half_leg: mass of each half of a leg, kg.
       ankle_damping: N m s/rad. ankle_limit: largest torque, N m.
+      delay: by which its instruments of torso and soles tell late, s, as the policy is told.
       strength: [2, 3, 3] forward and back; of each the largest torque (N m), and the rates (rad/s) at which
         three quarters and half of it are left; of hip, knee and ankle of the reference body. None: no limit.
     """
@@ -60,6 +61,7 @@ class Person:
     half_leg: np.float32
     ankle_damping: np.float32
     ankle_limit: np.float32
+    delay: np.float32
     strength: np.ndarray | None = None
 
     @property
@@ -83,11 +85,16 @@ class Person:
         return np.float32(1) / np.sqrt(self.length)
 
 
-def build(manifest: dict[str, Any], height: float | None = None, mass: float | None = None) -> Person:
+def build(
+    manifest: dict[str, Any], height: float | None = None, mass: float | None = None, delay: float = 0.0
+) -> Person:
     """The walker of ``height`` m and ``mass`` kg; by default the one the policy was trained around.
 
+    Args:
+      delay: of its instruments, s.
+
     Raises:
-      UserError: a stature or a mass out of range.
+      UserError: a stature, a mass or a delay out of range.
       KeyError, TypeError, ValueError: a manifest that is damaged.
     """
     height = _number(manifest["person"]["height"] if height is None else height)
@@ -96,6 +103,8 @@ def build(manifest: dict[str, Any], height: float | None = None, mass: float | N
         raise UserError(f"height {height} m: give a stature between 0.5 and 3 m")
     if not 5.0 <= mass <= 500.0:
         raise UserError(f"mass {mass} kg: give a mass between 5 and 500 kg")
+    if not 0.0 <= delay <= DELAY_MOST:
+        raise UserError(f"delay {delay} s: give 0 to {DELAY_MOST:g} s")
     reference = manifest["reference"]
     length = np.float32(height) / np.float32(_number(reference["height"]))
     heavy = np.float32(mass) / np.float32(_number(reference["mass"]))
@@ -124,6 +133,7 @@ def build(manifest: dict[str, Any], height: float | None = None, mass: float | N
         length=length,
         mass=heavy,
         gait=GaitConfig(**gait, **told, **parts),
+        delay=np.float32(delay),
         strength=None if strength is None else np.array(strength, np.float32).reshape(2, 3, 3),
         **own,
     )
@@ -143,6 +153,5 @@ def _number(value: Any) -> float:
     return float(value)
 
 
-_BODY = tuple(
-    f.name for f in dataclasses.fields(Person) if f.name not in ("length", "mass", "gait", "strength")
-)
+_OTHERS = ("length", "mass", "gait", "strength", "delay")
+_BODY = tuple(f.name for f in dataclasses.fields(Person) if f.name not in _OTHERS)

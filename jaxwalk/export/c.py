@@ -9,7 +9,7 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from jaxwalk.config import Observable
+from jaxwalk.config import DELAY_MOST, Observable
 from jaxwalk.deploy import soundness
 from jaxwalk.learn.policies import policy
 
@@ -66,6 +66,7 @@ def _data(trained: policy.Policy, told: dict[str, Any]) -> str:
         "HEIGHT": told["person"]["height"],
         "MASS": told["person"]["mass"],
         "SPEED": told["numbers"]["speed_desired"]["value"],
+        "DELAY_MOST": DELAY_MOST,
         "SPEED_LEAST": told["speeds"][0],
         "SPEED_MOST": told["speeds"][1],
         "CLIP": told["observation_clip"] or 0.0,

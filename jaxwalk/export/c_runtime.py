@@ -21,6 +21,7 @@ int shim_init(void *w, float height, float mass, float speed);
 int shim_start(void *w, const float *said, int stance, float *joints);
 void shim_tick(void *w, const float *said, float *joints);
 int shim_ask(void *w, float speed);
+int shim_late(void *w, float seconds);
 int shim_touchdown(const void *w);
 int shim_fallen(const void *w);
 int shim_passive(const void *w);
@@ -33,6 +34,7 @@ int shim_init(void *w, float height, float mass, float speed) {{
     return jaxwalk_init(w, height, mass, speed);
 }}
 int shim_ask(void *w, float speed) {{ return jaxwalk_ask(w, speed); }}
+int shim_late(void *w, float seconds) {{ return jaxwalk_late(w, seconds); }}
 int shim_start(void *w, const float *said, int stance, float *joints) {{
     return jaxwalk_start(w, (const struct jaxwalk_sensors *)said, stance, joints);
 }}
@@ -83,7 +85,7 @@ def build(header: Path, folder: Path, *flags: str) -> ctypes.CDLL:
     loaded = ctypes.CDLL(str(library))
     loaded.shim_size.restype = ctypes.c_size_t
     loaded.shim_init.argtypes = [ctypes.c_void_p, *[ctypes.c_float] * 3]
-    loaded.shim_ask.argtypes = [ctypes.c_void_p, ctypes.c_float]
+    loaded.shim_ask.argtypes = loaded.shim_late.argtypes = [ctypes.c_void_p, ctypes.c_float]
     loaded.shim_time_act.restype = loaded.shim_time_ticks.restype = ctypes.c_double
     return loaded
 
@@ -116,6 +118,10 @@ class Controller:
     def ask(self, speed: float) -> int:
         """Aim at another speed, m/s: 1 if the policy was trained for it, 0 if not, -1 out of range."""
         return self._library.shim_ask(self._walker, speed)
+
+    def late(self, seconds: float) -> int:
+        """Tell the policy that the instruments are so late, s: 0, or -1 out of range."""
+        return self._library.shim_late(self._walker, seconds)
 
     @property
     def touchdown(self) -> bool:

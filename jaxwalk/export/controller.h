@@ -73,6 +73,7 @@ struct jaxwalk_sensors {
 struct jaxwalk {
     struct jaxwalk_numbers n;      /* of this walker's stature and mass */
     float length_ratio, mass_ratio, leg;
+    float delay;                   /* by which instruments tell late, s: see jaxwalk_late */
     float history[JAXWALK_MEAN_WINDOW][2], filtered[2];
     struct jaxwalk_sensors now;    /* velocity and acceleration filtered */
     float thigh[2], shank[2], x[2], z[2]; /* angles from the vertical, ankles from the hip */
@@ -108,6 +109,14 @@ static inline int jaxwalk_ask(struct jaxwalk *w, float speed) {
     if (!(speed >= 0.1f && speed <= 3.0f)) return -1;
     w->n.speed_desired = speed;
     return speed >= JAXWALK_SPEED_LEAST - 1e-6f && speed <= JAXWALK_SPEED_MOST + 1e-6f;
+}
+
+/* Tell the policy, after jaxwalk_init, that the instruments of torso and soles tell `seconds` late; 0, or -1: out of
+ * range, and nothing is changed. */
+static inline int jaxwalk_late(struct jaxwalk *w, float seconds) {
+    if (!(seconds >= 0.0f && seconds <= JAXWALK_DELAY_MOST)) return -1;
+    w->delay = seconds;
+    return 0;
 }
 
 /* kinematics */
@@ -176,6 +185,7 @@ static inline void jaxwalk_observe(struct jaxwalk *w) {
     known[JAXWALK_ELAPSED_SEEN] = w->elapsed / pace; /* times go as speeds do */
     known[JAXWALK_CAPTURE_AHEAD_SEEN] = (jaxwalk_capture_point(w) - w->x[w->stance]) / w->length_ratio;
     known[JAXWALK_SWING_AHEAD_SEEN] = jaxwalk_step_length(w) / w->length_ratio;
+    known[JAXWALK_DELAY_SEEN] = w->delay / pace;
     for (int i = 0; i < JAXWALK_OBSERVATIONS; ++i) w->observation[i] = known[jaxwalk_seen[i]];
 }
 

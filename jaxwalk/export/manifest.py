@@ -30,7 +30,7 @@ from jaxwalk.model.similarity import Similarity
 OBSERVATION_UNITS = {
     "speed": "m/s", "pitch": "rad", "zmp": "m", "step_length": "m", "pitch_rate": "rad/s",
     "acceleration": "m/s^2", "speed_desired": "m/s", "height": "1", "com_ahead": "m", "elapsed": "s",
-    "capture_ahead": "m", "swing_ahead": "m",
+    "capture_ahead": "m", "swing_ahead": "m", "delay": "s",
 }  # fmt: skip
 ACTION_UNITS = {"length": "m", "duration": "s"}
 

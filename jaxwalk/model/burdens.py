@@ -1,5 +1,8 @@
 """What a walker bears that neither its controllers nor its policy are told of: packs, forces, floors, motors.
 
+But for how late its instruments are, which whoever builds them measures: a policy may be told of that
+(`jaxwalk.task.footstep`).
+
 A pack is fixed to the torso: mass, centre of mass and inertia about the pitch axis change by the
 parallel-axis theorem. In the plane nothing else of a body's inertia counts; between walls, where it
 rolls and yaws little, the other two moments grow in proportion. The contacts stay as hard as they are

@@ -29,7 +29,7 @@ class Node:
 
     def __init__(self, told: Controlled, lines: TextIO) -> None:
         body = bodies.read(told.body)
-        self._keeper = Keeper(Controller.load(told.policy), body.stance, node.say(NAME))
+        self._keeper = Keeper(Controller.load(told.policy, delay=told.delay), body.stance, node.say(NAME))
         self._collector, self._lock = Collector(), threading.Lock()
         self._heard = time.monotonic()
         self._lines = lines

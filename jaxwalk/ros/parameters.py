@@ -41,6 +41,8 @@ class Controlled:
     """An exported policy, .safetensors or .npz."""
     body: str
     """File of `jaxwalk.ros.body`: whose stance it starts in."""
+    delay: float = 0.0
+    """By which the instruments of torso and soles tell late, s, as they were measured: the policy is told."""
     lockstep: bool = True
     """As the simulation's: the age of messages is counted in its time alone."""
     factor: float = 1.0

@@ -40,6 +40,11 @@ def _capture_ahead(setup: Setup, state: Walker) -> Float[Array, ""]:
     return (where.capture - where.ankle[state.gait.stance]) / state.person.ratio.length
 
 
+def _delay(state: Walker) -> Float[Array, ""]:
+    burden = state.person.burden
+    return jnp.asarray(0.0 if burden is None else burden.delay) / state.person.ratio.time
+
+
 def _swing_ahead(setup: Setup, state: Walker) -> Float[Array, ""]:
     bones = skeleton(setup, state.person)
     return step_clock.step_length(bones, state.gait, state.estimate) / state.person.ratio.length
@@ -59,6 +64,7 @@ _OBSERVABLES: dict[str, _Seen] = {
     "elapsed": lambda setup, w, length: w.gait.elapsed / w.person.ratio.time,
     "capture_ahead": lambda setup, w, length: _capture_ahead(setup, w),
     "swing_ahead": lambda setup, w, length: _swing_ahead(setup, w),
+    "delay": lambda setup, w, length: _delay(w),
 }
 
 

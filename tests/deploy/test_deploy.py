@@ -267,7 +267,10 @@ def library(tmp_path_factory):
     return c_runtime.build(header, folder)
 
 
-BAD = [dict(height=0.2), dict(height=float("nan")), dict(mass=1000.0), dict(speed=0.0)]
+BAD = [
+    dict(height=0.2), dict(height=float("nan")), dict(mass=1000.0), dict(speed=0.0), dict(delay=0.05),
+    dict(delay=float("nan")),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("wrong", BAD, ids=str)
