@@ -91,6 +91,11 @@ def _trained(name):
     for one, trained in zip((SUBJECT, RIGID), TRAINED.values(), strict=True):
         if not random and config.observation == one.config.observation:
             return trained
+    return _untrained(config, random)
+
+
+def _untrained(config, random=False):
+    """One that answers little; or whatever."""
     size = len(config.observation)
     actor = networks.init_actor(
         config.ddpg.hidden, jax.random.key(1), size, np.asarray(rules.nominal(config)).tolist()
@@ -283,6 +288,23 @@ def test_c_refuses_bad_bodies_too(library):
     assert not c_runtime.Controller(library, 1.8, 75.0, 1.0).refused
     for body in ((0.2, 75.0, 1.0), (float("nan"), 75.0, 1.0), (1.8, 1000.0, 1.0), (1.8, 75.0, 0.0)):
         assert c_runtime.Controller(library, *body).refused
+
+
+def test_late_instruments_are_told(tmp_path):
+    """As JAX tells: on a body 1.44 times as long, times are those of the reference over 1.2."""
+    config = dataclasses.replace(SUBJECT.config, observation=("speed", "delay"))
+    told = manifest.build(_untrained(config), config)
+    header, path = tmp_path / "policy.h", tmp_path / "policy.npz"
+    header.write_bytes(c.header(_untrained(config), told))
+    path.write_bytes(tensors.to_npz(_untrained(config), told))
+    in_c = c_runtime.Controller(c_runtime.build(header, tmp_path), 2.592, 75.0, 1.0)
+    assert (in_c.late(0.05), in_c.late(float("nan")), in_c.late(0.024)) == (-1, -1, 0)
+    in_numpy = deploy.Controller.load(path, height=2.592, delay=0.024)
+    said = deploy.Sensors(1.0, 0.0, 0.0, 0.0, np.zeros((2, 3)), np.zeros((2, 3)), np.zeros(2))
+    for runtime in (in_c, in_numpy):
+        runtime.start(said, 0)
+    for seen in (in_c.observation(2), in_numpy.observation):
+        assert seen[1] == pytest.approx(0.02)
 
 
 @pytest.mark.parametrize("speed, known", [(0.6, True), (1.4, True), (0.59, False), (1.45, False)])

@@ -10,6 +10,7 @@ import pytest
 from jaxwalk.config import Config, GaitConfig, RewardConfig, SensorConfig, StepPlanConfig
 from jaxwalk.control import walker
 from jaxwalk.control.person import Person
+from jaxwalk.model.burdens import Burden
 from jaxwalk.model.engine import Setup
 from jaxwalk.task import footstep
 
@@ -120,6 +121,17 @@ def test_similar_bodies_observe_the_same(length, mass):
     np.testing.assert_allclose(told, reference, rtol=1e-5)
     only = footstep.observe(("height",), SETUP, landed(somebody(length, mass)), jnp.float32(0.5))
     assert only.tolist() == pytest.approx([length])
+
+
+@pytest.mark.parametrize(("length", "told"), [(1.0, 0.02), (1.44, 0.02 / 1.2)])
+def test_how_late_instruments_are_is_told_as_the_reference_body_would_feel_it(length, told):
+    """Times go as the root of lengths."""
+    state = landed(somebody(length))
+    burden = Burden(0.0, 0.0, 0.0, 0.0, SETUP.physics.friction, delay=0.02)
+    late = state.replace(person=state.person.replace(burden=burden))
+    for who, seconds in ((state, 0.0), (late, told)):
+        seen = footstep.observe(("delay",), SETUP, who, jnp.float32(0.5))
+        assert seen.tolist() == pytest.approx([seconds])
 
 
 WEIGHTS = RewardConfig(
