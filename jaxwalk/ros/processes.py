@@ -14,7 +14,7 @@ from pathlib import Path
 from jaxwalk.common.errors import UserError
 
 PACKAGES = (
-    "libode8 ros-core python3-numpy python3-rospy python3-rosmaster python3-roslaunch python3-rosbag rosbag "
+    "libode8 ros-core python3-numpy python3-rospy python3-rosmaster python3-roslaunch python3-rosbag "
     "python3-sensor-msgs python3-geometry-msgs python3-std-msgs python3-std-srvs python3-rosgraph-msgs"
 )
 """Debian's, that all of it needs."""
