@@ -23,6 +23,7 @@ COMMANDS = {
     "demo": ("demo", "the shipped policy walks in your browser: push it"),
     "train": ("learn.train", "train a policy into a run folder"),
     "train-baseline": ("learn.brax", "train Brax's PPO or SAC on the same task, to compare with"),
+    "refine": ("learn.refine", "search on from a trained policy, under the pushes that rank policies"),
     "sweep": ("learn.sweep", "search training's options, several machines on one study"),
     "evaluate": ("measure.evaluate", "measure a policy's walking and the pushes that it survives"),
     "push-map": ("measure.push_map", "which pushes a policy survives, at every phase of the step"),
@@ -61,7 +62,7 @@ _NEXT = {  # what one would type after each
     "gait": "render {policy} --out walk.html",
 }
 _SHELLS = ("bash", "zsh")
-_RECORDED = ("train", "train-baseline", "sweep")  # whose results hold the line that was typed
+_RECORDED = ("train", "train-baseline", "refine", "sweep")  # whose results hold the line that was typed
 
 
 def main(argv: Sequence[str] | None = None) -> int:

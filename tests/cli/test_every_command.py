@@ -11,6 +11,7 @@ OUT = {  # how each says where its results go, and what else it cannot do withou
     "train": ("--run-dir", "x", []),
     "train-baseline": ("--run-dir", "x", ["ppo"]),
     "sweep": ("--run-dir", "x", ["--study", "s", "--set", "ddpg.gamma=0.7:0.9"]),
+    "refine": ("--out", "x.safetensors", ["fixed"]),
     "evaluate": ("--json", "x.json", ["fixed"]),
     "push-map": ("--out", "x", ["fixed"]),
     "compare": ("--out", "x", ["fixed"]),

@@ -78,8 +78,8 @@ class Exam:
       act: the policy on one observation; its parameters are handed over with each call.
       seed: of the starts and the noise.
       purpose: of the seed's keys, as in `scenarios`.
-      impulses: N s, each at every phase; default `IMPULSES`; `HARDSHIPS` come besides. replicas: walkers for
-        each of those, at least.
+      impulses: N s, each at every phase; default `IMPULSES`; `HARDSHIPS` come besides.
+      replicas: walkers for each of those; default: 1, or as many as come to `PUSHED` by native code.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class Exam:
         seed: int,
         purpose: int = scenarios.ASSESS,
         impulses: Sequence[float] | None = None,
-        replicas: int = 1,
+        replicas: int | None = None,
     ) -> None:
         self.config, self.act, self._mesh = config, act, mesh
         form = config.gait.form
@@ -101,9 +101,9 @@ class Exam:
             for impulse in met.impulses
             for phase in range(PHASES)
         ]
-        calm = CALM
-        if backend.native_here(Setup.of(config)):
-            replicas, calm = max(replicas, -(-PUSHED // len(rows))), MORE_CALM
+        native = backend.native_here(Setup.of(config))
+        many, calm = (-(-PUSHED // len(rows)), MORE_CALM) if native else (1, CALM)
+        replicas = many if replicas is None else replicas
         table = np.array(rows * replicas + [(0.0, 0.0, 0.0, 1.0, 0.0)] * calm, np.float32)
         impulse, phase, delay, strength, again = table.T
         burden = None
@@ -112,6 +112,7 @@ class Exam:
         # Calm names the policy, not the sensors: those are as noisy as in training.
         keys = scenarios.keys(seed, purpose, len(table))
         self.scenarios = scenarios.batch(config, impulse, phase, keys, burden=burden, again=again)
+        self._purpose = purpose
         self.is_calm = impulse == 0
         self._cells = len(rows)
         self.runner = Runner(Task.of(config), act, len(collectives.share(len(table))), devices.local(mesh))
@@ -124,6 +125,11 @@ class Exam:
         trials = collectives.gather(self.runner.run(params, self.config.gait, self.profile, own, SECONDS))
         trials = jax.tree.map(lambda x: x[: len(self.is_calm)], trials)
         return self.mark(trials), trials
+
+    def renew(self, seed: int) -> None:
+        """From now on the starts and the noise of another ``seed``."""
+        keys = scenarios.keys(seed, self._purpose, len(self.is_calm))
+        self.scenarios = self.scenarios.replace(key=keys)
 
     def mark(self, trials: Trial) -> Marks:
         """What the scenarios' trials tell."""

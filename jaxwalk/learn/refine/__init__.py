@@ -1,0 +1,1 @@
+"""A trained policy's last layer, searched further by an evolution strategy under graded pushes."""

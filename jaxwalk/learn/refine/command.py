@@ -1,0 +1,56 @@
+"""``jaxwalk refine``: a search, and which of the two policies is kept."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.table import Table
+
+from jaxwalk.common.errors import UserError
+from jaxwalk.common.interrupt import Stop
+from jaxwalk.learn.policies import named, policy
+from jaxwalk.learn.refine import search
+
+if TYPE_CHECKING:
+    from jaxwalk.learn.refine.options import RefineArgs
+
+
+def main(args: RefineArgs, typed: str) -> None:
+    """Run ``jaxwalk refine``; Ctrl-C ends the search after the generation under way.
+
+    Args:
+      typed: it, as it was given, which the policy's record holds.
+
+    Raises:
+      UserError: a rule that nobody trained, or a file that cannot be written.
+    """
+    subject = named.load(args.policy)
+    if named.origin(args.policy) is None:
+        raise UserError(
+            f"policy {args.policy!r} is a rule, not trained: give a run folder, a policy file or shipped"
+        )
+    trained = policy.load(named.file(args.policy))
+    with Stop() as stop:
+
+        def tell(generation: int, score: float) -> bool:
+            print(f"generation {generation} of {args.generations}: mean score {score:.3f}", flush=True)
+            return stop.wanted
+
+        found = search.run(
+            subject.config, trained, args.seed, args.generations, args.candidates, args.sigma, tell
+        )
+    if found.better:
+        meta = trained.metadata
+        told = dataclasses.replace(meta, command=f"{meta.command}; {typed}", score=None)
+        policy.save(dataclasses.replace(found.policy, metadata=told), args.out)
+    else:
+        policy.save(trained, args.out)
+    heads = "", "score", "survival", "worst phases", "calm", "speed, m/s"
+    table = Table(*heads, title="pushes not seen before")
+    for name, marks in (("given", found.before), ("found", found.after)):
+        shares = (f"{x:.1%}" for x in (marks.survival, marks.worst, marks.calm))
+        table.add_row(name, f"{marks.score:.3f}", *shares, f"{marks.speed:.3f}")
+    Console(markup=False).print(table)
+    print(f"{args.out}: the one that was {'found' if found.better else 'given'}")

@@ -1,0 +1,113 @@
+"""Refining: the last layer alone is searched, and what is no better is not kept."""
+
+from __future__ import annotations
+
+import jax
+import numpy as np
+import pytest
+
+from jaxwalk import cli
+from jaxwalk.learn.policies import named, policy
+from jaxwalk.learn.refine import search
+from jaxwalk.learn.train.evaluation import Marks
+
+GOAL = 0.3  # of the biases of the last layer
+
+
+class Graded:
+    """Instead of walkers: the nearer a policy's last biases are to `GOAL`, the better."""
+
+    drawn: list[int]
+
+    def __init__(self, *_, **__):
+        self.drawn = []
+
+    def renew(self, seed):
+        self.drawn.append(seed)
+
+    def __call__(self, asked):
+        score = 1.0 - float(np.sum((np.asarray(asked.actor["output"]["bias"]) - GOAL) ** 2))
+        return Marks(score, 0.5, 0.5, 1.0, 1.0), None
+
+
+@pytest.fixture
+def graded(monkeypatch):
+    made = []
+
+    def exam(*args, **more):
+        made.append(Graded())
+        return made[-1]
+
+    monkeypatch.setattr(search, "Exam", exam)
+    monkeypatch.setattr(search.finals, "examination", exam)
+    return made
+
+
+@pytest.fixture(scope="module")
+def given():
+    return policy.load(named.file("shipped"))
+
+
+def refined(given, **more):
+    asked = dict(seed=5, generations=40, candidates=8, sigma=0.05) | more
+    return search.run(named.load("shipped").config, given, **asked)
+
+
+def test_the_search_finds_what_is_better_in_the_last_layer_alone(graded, given):
+    found = refined(given)
+    assert found.better and found.after.score > 0.99 > found.before.score
+    for name, layer in given.actor.items():
+        same = jax.tree.map(np.array_equal, layer, found.policy.actor[name])
+        assert all(jax.tree.leaves(same)) == (name != "output"), name
+    assert found.policy.metadata == given.metadata
+    np.testing.assert_array_equal(found.policy.observation_std, given.observation_std)
+
+
+def test_every_generation_meets_pushes_of_its_own(graded, given):
+    refined(given, generations=3)
+    assert graded[0].drawn == [6, 7, 8]
+
+
+def test_what_is_no_better_is_not_kept(graded, given, monkeypatch):
+    monkeypatch.setattr(search.finals, "examination", lambda *_: lambda asked: (Marks(0.5, 0, 0, 0, 0), None))
+    found = refined(given, generations=2)
+    assert not found.better
+    np.testing.assert_array_equal(found.policy.actor["output"]["kernel"], given.actor["output"]["kernel"])
+
+
+def test_scores_that_are_no_numbers_lose(graded, given, monkeypatch):
+    scores = iter([float("nan"), 0.1, 0.2, 0.3] * 3)
+    monkeypatch.setattr(Graded, "__call__", lambda *_: (Marks(next(scores), 0, 0, 0, 0), None))
+    monkeypatch.setattr(search.finals, "examination", lambda *_: lambda asked: (Marks(0.5, 0, 0, 0, 0), None))
+    refined(given, generations=2, candidates=4)
+
+
+def test_the_search_ends_when_it_is_told_to(graded, given):
+    refined(given, tell=lambda generation, score: generation == 2)
+    assert len(graded[0].drawn) == 2
+
+
+def test_the_command_keeps_the_line_that_made_the_policy(graded, given, tmp_path, capsys):
+    out = tmp_path / "refined.safetensors"
+    line = [
+        "refine",
+        "shipped",
+        "--out",
+        str(out),
+        "--generations",
+        "30",
+        "--candidates",
+        "8",
+        "--sigma",
+        "0.1",
+    ]
+    assert cli.main(line) == 0
+    assert "the one that was found" in capsys.readouterr().out
+    kept = policy.load(out).metadata
+    assert kept.command == f"{given.metadata.command}; jaxwalk {' '.join(line)}"
+    assert kept.footsteps == given.metadata.footsteps
+
+
+def test_a_rule_is_refused(tmp_path, capsys):
+    assert cli.main(["refine", "replan", "--out", str(tmp_path / "x.safetensors")]) == 2
+    assert "is a rule, not trained" in capsys.readouterr().err
