@@ -69,10 +69,13 @@ class Processes:
 
     Args:
       variables: of the environment. folder: for a log of each.
+
+    Attributes:
+      variables: as above, of what is begun from now on.
     """
 
     def __init__(self, variables: dict[str, str], folder: Path) -> None:
-        self._variables, self._folder = variables, folder
+        self.variables, self._folder = variables, folder
         self._running: list[subprocess.Popen[bytes]] = []
 
     def __enter__(self) -> Processes:
@@ -93,7 +96,7 @@ class Processes:
                     stdout=log,
                     stderr=subprocess.STDOUT,
                     stdin=subprocess.DEVNULL,
-                    env=self._variables,
+                    env=self.variables,
                     cwd=self._folder,
                     start_new_session=True,  # Ctrl-C is for whoever ends them
                 )

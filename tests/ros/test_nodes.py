@@ -191,6 +191,25 @@ def test_a_simulation_that_is_killed_is_noticed(run, walked):
     assert (out / "commands.txt").read_text().splitlines()[-1] == " ".join(["nan"] * 6)
 
 
+def test_the_launch_file_starts_both_nodes_by_the_parameters_of_a_yaml_file(run, walked):
+    begun, _, _, out = run
+    package = Path(processes.__file__).parent / "package"
+    given = (package / "config/walk.yaml").read_text()
+    assert "seconds: 0.0 " in given and "delay: 0.0 " in given
+    config = out / "walk.yaml"
+    given = given.replace("seconds: 0.0 ", "seconds: 1.0 ")
+    config.write_text(given.replace("delay: 0.0 ", f"commands: {out / 'commands.txt'}\n  delay: 0.0 "))
+    begun.variables["ROS_PACKAGE_PATH"] = f"{package}:/usr/share"
+    files = [
+        f"{name}:={walked / file}" for name, file in (("body", "body.json"), ("policy", "policy.safetensors"))
+    ]
+    launch = begun.begin("launch", "roslaunch", "jaxwalk", "walk.launch", *files, f"config:={config}")
+    assert launch.wait(MOST) == 0, begun.said("launch")
+    assert (out / "commands.txt").read_text().splitlines()[:500] == (
+        (walked / "commands.txt").read_text().splitlines()[:500]
+    )
+
+
 @pytest.mark.parametrize(
     ("told", "said"),
     [
