@@ -55,7 +55,9 @@ def refined(given, **more):
 
 def test_the_search_finds_what_is_better_in_the_last_layer_alone(graded, given):
     found = refined(given)
-    assert found.better and found.after.score > 0.99 > found.before.score
+    # Of the way to the goal half is gone: a quarter is left of what both biases lacked, squared.
+    lacked = 1.0 - found.before.score
+    assert found.better and found.after.score == pytest.approx(1.0 - lacked / 4, abs=0.01)
     for name, layer in given.actor.items():
         same = jax.tree.map(np.array_equal, layer, found.policy.actor[name])
         assert all(jax.tree.leaves(same)) == (name != "output"), name

@@ -27,6 +27,9 @@ from jaxwalk.learn.train.evaluation import Exam, Marks
 from jaxwalk.task import scenarios
 
 _LAST = "output"
+WAY = 0.5
+"""How much is gone of the way from the policy that was given to the search's mean, in which chance has its
+part (weights between two policies: Wortsman et al. 2022)."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +88,8 @@ def run(
         if tell(generation, float(np.mean(sound))):
             break
     last = finals.examination(config, policy.act, mesh, seed)
-    found = of(search.mean)
+    start = np.asarray(first, np.float32)
+    found = of(start + np.float32(WAY) * (np.asarray(search.mean, np.float32) - start))
     before, after = last(given)[0], last(found)[0]
     kept = found if after.score > before.score else given
     return Refined(dataclasses.replace(kept, metadata=trained.metadata), before, after)
