@@ -24,12 +24,13 @@ from rich.table import Table
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
-from jaxwalk.options.parse import Numbers, parse
+from jaxwalk.learn.train import evaluation
+from jaxwalk.options import checks
+from jaxwalk.options.parse import Numbers, reader
 from jaxwalk.task import backend, scenarios, trials
 from jaxwalk.task.stepper import Task
 from jaxwalk.task.trials import Trial
 
-PHASES = 16
 ANSWERS, CANDIDATES, ELITE = 14, 48, 8
 SPREAD, LEAST_SPREAD, KEPT = 0.6, 0.15, 0.3  # of answers at first and at least; of the last generation's law
 BEFORE, AFTER = 3.0, 5.5  # s: before the first push can come; until it is told who walks on
@@ -39,7 +40,7 @@ BEFORE, AFTER = 3.0, 5.5  # s: before the first push can come; until it is told 
 class Args:
     """How many of the pushes that the plan loses any change of its steps could hold."""
 
-    impulses: Numbers = (130.0, 145.0, 155.0, -125.0, -140.0, -155.0)
+    impulses: Numbers = evaluation.IMPULSES["compliant"]
     """Pushes, N s; positive ones push forward."""
     replicas: int = 6
     """Walkers for each impulse and phase."""
@@ -47,6 +48,13 @@ class Args:
     """Of 48 candidates each."""
     seed: int = 0
     """Of the starts and the noise."""
+
+    def check(self) -> None:
+        """As `Options.check`."""
+        checks.impulses("--impulses", self.impulses)
+        checks.between("--replicas", self.replicas, 1, 64, "")
+        checks.between("--generations", self.generations, 1, 1000, "")
+        checks.seed(self.seed)
 
 
 Walk = Callable[[Float[Array, "N K 2"], Trial, int], Trial]
@@ -105,12 +113,13 @@ def saved(walk: Walk, before: Trial, windows: int, generations: int, seed: int) 
 
 def main(argv: list[str]) -> int:
     try:
-        args = parse(Args, argv, "ceiling")
+        args = reader(Args, "ceiling")(argv)
     except UserError as error:
         print(f"ceiling: error: {error}", file=sys.stderr)
         return 2
     config = Config()
-    cells = [(impulse, phase / PHASES) for impulse in args.impulses for phase in range(PHASES)]
+    phases = np.arange(evaluation.PHASES) / evaluation.PHASES
+    cells = [(impulse, phase) for impulse in args.impulses for phase in phases]
     impulse, phase = np.array(cells * args.replicas, np.float32).T
     keys = scenarios.keys(args.seed, scenarios.PUSHED, len(impulse))
     begin, walk = programs(config)

@@ -19,7 +19,13 @@ class Stop:
     """Turns the first Ctrl-C, SIGTERM or SIGHUP into a wish; the second does as usual.
 
     A signal that the process was started to ignore, as by nohup, stays ignored.
+
+    Args:
+      what: is under way and will be ended, as the user is told.
     """
+
+    def __init__(self, what: str = "report") -> None:
+        self._what = what
 
     def __enter__(self) -> Stop:
         self.wanted = False
@@ -38,7 +44,9 @@ class Stop:
             _leave_terminal()
         with contextlib.suppress(OSError, RuntimeError):  # closed, or amid another print
             print(
-                "stopping after the report under way; Ctrl-C again ends at once", file=sys.stderr, flush=True
+                f"stopping after the {self._what} under way; Ctrl-C again ends at once",
+                file=sys.stderr,
+                flush=True,
             )
 
     def __exit__(self, *_: object) -> None:

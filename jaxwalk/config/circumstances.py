@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class CircumstancesConfig:
-    """Circumstances of which walkers draw one for their life, evenly up to these; the speed asked for is the
-    only one that they are told."""
+    """Circumstances of which walkers draw one for their life, up to these. Of the speed asked for they are
+    told, and of the delay; weak motors come with that alone, the weaker the later."""
 
     share: float = 0.6
     """Share of the walkers that draw one; the others walk as configured."""

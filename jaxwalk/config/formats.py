@@ -1,6 +1,7 @@
 """Configurations written down, now and before: in files of before, fields that came later mean what was so.
 
-Files hold every field of their time (`to_dict`); one that is left out of theirs by hand has today's default.
+Files hold every field of their time (`to_dict`); one that is left out of theirs by hand has the default of
+their format, where that was another one, or today's.
 """
 
 from __future__ import annotations

@@ -22,10 +22,11 @@ class PushConfig:
     rate: float = 1.0
     """Mean number of pushes a second, of those who have rested (0: none)."""
     rest: float = 2.5
-    """Time after a push, and after the start, before the next one may come, s: what came of a push is told
-    from what comes of the next."""
+    """Time after a push, and after the start, before the next one may come, s, to a step: what came of a push
+    is told from what comes of the next."""
     soon: float = 0.2
-    """Share of the pushes that come without that rest, half a second to one and a half after the last."""
+    """Share of the pushes that come without that rest, half a second to one and a half after the last, to a
+    step."""
     impulse_forward: float = 170.0
     """Largest push from behind, N s."""
     impulse_backward: float = 165.0

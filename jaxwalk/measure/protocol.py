@@ -28,7 +28,8 @@ class PushTest:
       push_again: s after its beginning that the same push comes a second time; 0: it does not.
       slope: of the floor, degrees, uphill positive. delay: by which instruments of torso and
         soles are told late, s.
-      motor_strength: share of their strength that the motors have. Controllers are told of none of them.
+      motor_strength: share of their strength that the motors have. Controllers are told of none
+        of them, policies of the delay, where they observe it.
       engine: what moves the walkers. seed: of all that is drawn at random.
     """
 

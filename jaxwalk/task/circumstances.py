@@ -25,7 +25,7 @@ class Drawn(struct.PyTreeNode):
 
     Attributes:
       speed: asked for, m/s. noise: scale of its sensors' noise.
-      burden: what it bears untold; None where nobody bears anything.
+      burden: what it bears, told of its delay alone; None where nobody bears anything.
     """
 
     speed: Float[Array, ""]

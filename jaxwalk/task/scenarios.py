@@ -13,7 +13,7 @@ from jaxwalk.model import pushes
 from jaxwalk.model.burdens import Burden
 
 # What keys are for.
-TRAINING, ASSESS, CALM, PUSHED, TUNE, FINALS, RECORDED, DEPLOYED = range(8)
+TRAINING, ASSESS, CALM, PUSHED, TUNE, FINALS, RECORDED, DEPLOYED, REFINED = range(9)
 
 
 class Scenario(struct.PyTreeNode):
@@ -29,7 +29,7 @@ class Scenario(struct.PyTreeNode):
       phase: of the step at which it begins, 0..1.
       again: ticks after which the same push comes a second time; 0: it does not.
       key: of the start and the noise.
-      burden: what it bears that its controllers do not know of; None for nothing.
+      burden: what it bears, untold but as `jaxwalk.model.burdens` says; None for nothing.
     """
 
     height: Float[Array, ""]

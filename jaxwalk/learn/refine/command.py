@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
+from jaxwalk import __version__
 from jaxwalk.common.errors import UserError
 from jaxwalk.common.interrupt import Stop
 from jaxwalk.learn.policies import named, policy
@@ -32,7 +33,7 @@ def main(args: RefineArgs, typed: str) -> None:
             f"policy {args.policy!r} is a rule, not trained: give a run folder, a policy file or shipped"
         )
     trained = policy.load(named.file(args.policy))
-    with Stop() as stop:
+    with Stop("generation") as stop:
 
         def tell(generation: int, score: float) -> bool:
             print(f"generation {generation} of {args.generations}: mean score {score:.3f}", flush=True)
@@ -41,12 +42,12 @@ def main(args: RefineArgs, typed: str) -> None:
         found = search.run(
             subject.config, trained, args.seed, args.generations, args.candidates, args.sigma, tell
         )
-    if found.better:
-        meta = trained.metadata
-        told = dataclasses.replace(meta, command=f"{meta.command}; {typed}", score=None)
-        policy.save(dataclasses.replace(found.policy, metadata=told), args.out)
-    else:
-        policy.save(trained, args.out)
+    meta = trained.metadata
+    told = dataclasses.replace(
+        meta, command=f"{meta.command}; {typed}", score=None, jaxwalk_version=__version__
+    )
+    kept = dataclasses.replace(found.found, metadata=told) if found.better else trained
+    policy.save(kept, args.out)
     heads = "", "score", "survival", "worst phases", "calm", "speed, m/s"
     table = Table(*heads, title="pushes not seen before")
     for name, marks in (("given", found.before), ("found", found.after)):

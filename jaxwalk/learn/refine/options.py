@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from jaxwalk.common import files
+from jaxwalk.common.errors import UserError
 from jaxwalk.options import checks
 from jaxwalk.options.parse import Policy, reader
 
@@ -30,10 +31,12 @@ class RefineArgs:
     def check(self) -> None:
         """As `Options.check`."""
         checks.policy(self.policy)
-        checks.whole("--generations", self.generations)
-        checks.whole("--candidates", self.candidates, least=4)
+        checks.between("--generations", self.generations, 1, 10_000, "")
+        checks.between("--candidates", self.candidates, 4, 10_000, "")
         checks.between("--sigma", self.sigma, 1e-6, 10.0, "")
         checks.seed(self.seed)
+        if self.out.suffix != ".safetensors":
+            raise UserError(f"--out {self.out}: give a file that ends in .safetensors")
         files.check_output("--out", self.out)
 
 

@@ -70,7 +70,7 @@ class Marks:
 
 
 class Exam:
-    """The graded pushes, the same ones each time, for any policy of one kind.
+    """The graded pushes, the same ones each time until it is `renew`ed, for any policy of one kind.
 
     Each process takes an equal share of them on its own devices, and all know what came of all.
 

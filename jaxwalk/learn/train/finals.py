@@ -27,13 +27,14 @@ IMPULSES: dict[Form, tuple[float, ...]] = {
 }
 """N s, by the legs."""
 REPLICAS, MORE = 2, 10
-"""Walkers at each phase of each; by native code more, which tells the worst phase within a few per cent."""
+"""Walkers at each phase of each; by native code more. The least of sixteen shares of few walkers is lower
+than the worst phase's own: it ranks policies, and measures none."""
 
 
-def examination(config: Config, act: Act, mesh: Mesh, seed: int) -> Exam:
-    """What policies of one kind go through at the end of a run of ``seed``."""
+def examination(config: Config, act: Act, mesh: Mesh, seed: int, purpose: int = scenarios.FINALS) -> Exam:
+    """What policies of one kind go through at the end of a run of ``seed``, or for another ``purpose``."""
     replicas = MORE if backend.native_here(Setup.of(config)) else REPLICAS
-    return Exam(config, act, mesh, seed, scenarios.FINALS, IMPULSES[config.gait.form], replicas)
+    return Exam(config, act, mesh, seed, purpose, IMPULSES[config.gait.form], replicas)
 
 
 class Finals:

@@ -33,7 +33,7 @@ class GeneraliseArgs:
     """How far a frozen policy generalises: bodies, loads, floors, motors, sensors, speeds, each alone.
 
     The policy's own circumstances are always among those tried. The controllers know stature, mass and
-    speed; of packs, forces, floors, motors, delays and noise they are not told.
+    speed; of packs, forces, floors, motors and noise they are not told, and of delays the policy alone.
     """
 
     policy: Policy

@@ -13,6 +13,7 @@ import numpy as np
 from jaxwalk.common.interrupt import Stop
 from jaxwalk.common.parallel import devices
 from jaxwalk.config import Config
+from jaxwalk.learn import evolution
 from jaxwalk.learn.policies import policy
 from jaxwalk.learn.policies.policy import Policy
 from jaxwalk.learn.runs.progress import Progress
@@ -68,11 +69,9 @@ def _search(
                 return
         asked = np.stack([search.ask() for _ in range(own.candidates)])
         earned, landed = earn(asked, jax.random.fold_in(key, generation)).T
-        worst = np.nanmin(np.where(np.isfinite(earned), earned, np.nan), initial=0.0)
-        earned = np.where(np.isfinite(earned), earned, worst - 1.0)
-        search.tell([(one, -float(reward)) for one, reward in zip(asked, earned, strict=True)])
+        evolution.tell(search, list(asked), earned)
         footsteps += round(float(landed.sum()))
-        told = {"train/reward": float(earned.mean())}
+        told = {"train/reward": float(np.mean(earned, where=np.isfinite(earned)))}
         progress.update(footsteps, told)
 
 
