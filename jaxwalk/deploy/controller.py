@@ -8,6 +8,7 @@ import os
 import numpy as np
 
 from jaxwalk.common.errors import UserError
+from jaxwalk.config import DELAY_MOST
 from jaxwalk.deploy import footstep, forms, kinematics, person, policy, sensors, soundness, step_clock
 from jaxwalk.deploy.kinematics import Posture
 from jaxwalk.deploy.policy import Policy
@@ -51,9 +52,10 @@ class Controller:
         delay: float = 0.0,
     ) -> None:
         self.policy = policy
-        self.person = person.build(policy.manifest, height, mass, delay)
+        self.person = person.build(policy.manifest, height, mass)
         if speed is not None:
             self.ask(speed)
+        self.late(delay)
         self.timestep: float = policy.manifest["timestep"]
         self._dt = np.float32(self.timestep)
         self._gravity = np.float32(policy.manifest["gravity"])
@@ -86,6 +88,18 @@ class Controller:
         # Files of before do not tell the speeds: they have one.
         low, high = self.policy.manifest.get("speeds", (trained, trained))
         return bool(low - 1e-6 <= speed <= high + 1e-6)
+
+    def late(self, seconds: float) -> bool:
+        """Tell the policy how late instruments of torso and soles tell, s; whether it was trained for that.
+
+        Raises:
+          UserError: it is out of range.
+        """
+        if not 0.0 <= seconds <= DELAY_MOST:
+            raise UserError(f"delay {seconds} s: give 0 to {DELAY_MOST:g} s")
+        self.person = dataclasses.replace(self.person, delay=np.float32(seconds))
+        # Files of before do not tell: none was told.
+        return seconds <= self.policy.manifest.get("delay_most", 0.0) + 1e-6
 
     @classmethod
     def load(

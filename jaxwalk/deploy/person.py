@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from jaxwalk.common.errors import UserError
-from jaxwalk.config import DELAY_MOST, CompliantConfig, GaitConfig, StepPlanConfig
+from jaxwalk.config import CompliantConfig, GaitConfig, StepPlanConfig
 from jaxwalk.config.gait import RIGID, SHARED
 
 _LATER = {
@@ -85,16 +85,11 @@ class Person:
         return np.float32(1) / np.sqrt(self.length)
 
 
-def build(
-    manifest: dict[str, Any], height: float | None = None, mass: float | None = None, delay: float = 0.0
-) -> Person:
+def build(manifest: dict[str, Any], height: float | None = None, mass: float | None = None) -> Person:
     """The walker of ``height`` m and ``mass`` kg; by default the one the policy was trained around.
 
-    Args:
-      delay: of its instruments, s.
-
     Raises:
-      UserError: a stature, a mass or a delay out of range.
+      UserError: a stature or a mass out of range.
       KeyError, TypeError, ValueError: a manifest that is damaged.
     """
     height = _number(manifest["person"]["height"] if height is None else height)
@@ -103,8 +98,6 @@ def build(
         raise UserError(f"height {height} m: give a stature between 0.5 and 3 m")
     if not 5.0 <= mass <= 500.0:
         raise UserError(f"mass {mass} kg: give a mass between 5 and 500 kg")
-    if not 0.0 <= delay <= DELAY_MOST:
-        raise UserError(f"delay {delay} s: give 0 to {DELAY_MOST:g} s")
     reference = manifest["reference"]
     length = np.float32(height) / np.float32(_number(reference["height"]))
     heavy = np.float32(mass) / np.float32(_number(reference["mass"]))
@@ -133,7 +126,7 @@ def build(
         length=length,
         mass=heavy,
         gait=GaitConfig(**gait, **told, **parts),
-        delay=np.float32(delay),
+        delay=np.float32(0),
         strength=None if strength is None else np.array(strength, np.float32).reshape(2, 3, 3),
         **own,
     )

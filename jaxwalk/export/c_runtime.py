@@ -120,7 +120,7 @@ class Controller:
         return self._library.shim_ask(self._walker, speed)
 
     def late(self, seconds: float) -> int:
-        """Tell the policy that the instruments are so late, s: 0, or -1 out of range."""
+        """Tell the policy that instruments are so late, s: 1 if trained for it, 0 if not, -1 out of range."""
         return self._library.shim_late(self._walker, seconds)
 
     @property

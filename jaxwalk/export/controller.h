@@ -111,12 +111,12 @@ static inline int jaxwalk_ask(struct jaxwalk *w, float speed) {
     return speed >= JAXWALK_SPEED_LEAST - 1e-6f && speed <= JAXWALK_SPEED_MOST + 1e-6f;
 }
 
-/* Tell the policy, after jaxwalk_init, that the instruments of torso and soles tell `seconds` late; 0, or -1: out of
- * range, and nothing is changed. */
+/* Tell the policy, after jaxwalk_init, that the instruments of torso and soles tell `seconds` late: 1 if it was trained
+ * for that, 0 if not; -1: out of range, and nothing is changed. */
 static inline int jaxwalk_late(struct jaxwalk *w, float seconds) {
     if (!(seconds >= 0.0f && seconds <= JAXWALK_DELAY_MOST)) return -1;
     w->delay = seconds;
-    return 0;
+    return seconds <= JAXWALK_DELAY_TRAINED + 1e-6f;
 }
 
 /* kinematics */

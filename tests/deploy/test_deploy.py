@@ -298,8 +298,11 @@ def test_late_instruments_are_told(tmp_path):
     header.write_bytes(c.header(_untrained(config), told))
     path.write_bytes(tensors.to_npz(_untrained(config), told))
     in_c = c_runtime.Controller(c_runtime.build(header, tmp_path), 2.592, 75.0, 1.0)
-    assert (in_c.late(0.05), in_c.late(float("nan")), in_c.late(0.024)) == (-1, -1, 0)
-    in_numpy = deploy.Controller.load(path, height=2.592, delay=0.024)
+    in_numpy = deploy.Controller.load(path, height=2.592)
+    # Trained with 20 ms at most.
+    for late, trained in ((0.02, True), (0.024, False)):
+        assert (in_c.late(late), in_numpy.late(late)) == (trained, trained)
+    assert (in_c.late(0.05), in_c.late(float("nan"))) == (-1, -1)
     said = deploy.Sensors(1.0, 0.0, 0.0, 0.0, np.zeros((2, 3)), np.zeros((2, 3)), np.zeros(2))
     for runtime in (in_c, in_numpy):
         runtime.start(said, 0)
