@@ -51,9 +51,8 @@ def given():
     return policy.load(named.file("shipped"))
 
 
-def refined(given, **more):
-    asked = dict(seed=5, generations=40, candidates=8, sigma=0.05) | more
-    return search.run(named.load("shipped").config, given, **asked)
+def refined(given, generations=40, candidates=8, tell=lambda generation, score: False):
+    return search.run(named.load("shipped").config, given, 5, generations, candidates, 0.05, tell)
 
 
 def test_the_search_finds_what_is_better_in_the_last_layer_alone(graded, given):
