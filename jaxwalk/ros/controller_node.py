@@ -33,6 +33,7 @@ class Node:
         self._collector, self._lock = Collector(), threading.Lock()
         self._heard = time.monotonic()
         self._lines = lines
+        self._names = body.joints
         self._joints = [topics.publisher(wire.command(joint), Float64) for joint in body.joints]
         for topic, kind in topics.KINDS.items():
             topics.subscriber(topic, kind, self._take, topic)
@@ -43,7 +44,12 @@ class Node:
     def _take(self, message: Any, topic: str) -> None:
         with self._lock:
             stamp = message.header.stamp.to_nsec()
-            frame = self._collector.take(topic, stamp, topics.values(topic, message))
+            try:
+                values = topics.values(topic, message, self._names)
+            except ValueError as error:
+                self._give(self._keeper.refuse(str(error)))
+                return
+            frame = self._collector.take(topic, stamp, values)
             if frame is None:
                 return
             self._heard = time.monotonic()

@@ -102,10 +102,11 @@ import rosbag
 from jaxwalk.deploy import Controller
 from jaxwalk.ros import body, topics, wire
 from jaxwalk.ros.watch import Collector, Keeper
-keeper = Keeper(Controller.load("policy.safetensors"), body.read("body.json").stance, print)
+found = body.read("body.json")
+keeper = Keeper(Controller.load("policy.safetensors"), found.stance, print)
 collector = Collector()
 for topic, message, _ in rosbag.Bag("walk.bag").read_messages(topics=list(wire.SENSORS)):
-    frame = collector.take(topic, message.header.stamp.to_nsec(), topics.values(topic, message))
+    frame = collector.take(topic, message.header.stamp.to_nsec(), topics.values(topic, message, found.joints))
     if frame is not None:
         print(*map(float.hex, keeper.answer(frame)))
 """

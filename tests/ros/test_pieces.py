@@ -44,6 +44,8 @@ def frame(nanoseconds: int, **changes) -> Frame:
 class Counting(Controller):
     """Says how often it has been asked since it began."""
 
+    passive = fallen = False
+
     def __init__(self):
         self.asked = 0
 
@@ -132,11 +134,56 @@ def test_the_controller_is_asked_once_a_frame_from_the_start_on(keeper, said):
     assert said == []
 
 
+def taken(collector, one: Frame, topics=wire.SENSORS) -> list[Frame]:
+    """Frames that come of what ``topics`` say of ``one``."""
+    told = told_of(one)
+    made = [collector.take(topic, one.nanoseconds, told[topic]) for topic in topics]
+    return [made_one for made_one in made if made_one is not None]
+
+
+def test_a_second_frame_0_is_a_new_beginning():
+    collector, first, second = Collector(), frame(0), frame(0, velocity=2.0)
+    assert taken(collector, first) == [first]
+    assert taken(collector, second) == [second]
+
+
+def test_nothing_of_the_walk_before_gets_into_the_new_one():
+    collector, old = Collector(), frame(TICK, velocity=9.0)
+    before, after = wire.SENSORS[:2], wire.SENSORS[2:]
+    assert taken(collector, frame(0)) == [frame(0)]
+    assert taken(collector, old, before) == []
+    # These have begun again; what the others had to say of the walk before comes only now.
+    assert taken(collector, frame(0), before) == [] and taken(collector, old, after) == []
+    assert taken(collector, frame(0), after) == [frame(0)]
+    assert taken(collector, frame(TICK), reversed(wire.SENSORS)) == [frame(TICK)]
+
+
+def test_a_topic_that_lags_behind_at_the_start_is_waited_for():
+    collector, ahead, lags = Collector(), wire.SENSORS[:4], wire.SENSORS[4:]
+    assert taken(collector, frame(0), ahead) == taken(collector, frame(TICK), ahead) == []
+    assert [*taken(collector, frame(0), lags), *taken(collector, frame(TICK), lags)] == [
+        frame(0),
+        frame(TICK),
+    ]
+
+
+def test_a_topic_whose_0_was_lost_is_heard_again_and_joints_are_passive(keeper, said):
+    collector = Collector()
+    keeper.answer(*taken(collector, frame(0)))
+    keeper.answer(*taken(collector, frame(TICK)))
+    assert taken(collector, frame(0), wire.SENSORS[1:]) == []
+    found = [one for n in range(1, 20) for one in taken(collector, frame(n * TICK))]
+    assert found and found[-1] == frame(19 * TICK)
+    assert keeper.answer(found[0]) is PASSIVE and "under way" in said[0]
+
+
 @pytest.mark.parametrize(
     ("next_one", "why"),
     [
         (frame(TICK, velocity=math.nan), "not a number"),
         (frame(TICK, touch=(math.inf, 0.0)), "not a number"),
+        (frame(TICK, pitch=(0.0, 0.0)), "not a number"),
+        (frame(TICK, joint_rates=()), "no answer: cannot reshape"),
         (frame(OLDEST + TICK), "no sensors for more than 20 ms"),
     ],
 )
@@ -147,6 +194,77 @@ def test_it_rests_for_good_and_says_so_once_until_the_simulation_begins_again(ke
     assert keeper.answer(frame(after)) is PASSIVE and not keeper.watch(after + 2 * OLDEST)
     assert len(said) == 1 and why in said[0]
     assert keeper.answer(frame(0))[0] == 101.0
+
+
+@pytest.fixture(scope="module")
+def policy(tmp_path_factory):
+    """The file of the policy that is shipped."""
+    trained, manifest = export.load("shipped")
+    return export.write(trained, manifest, ("safetensors",), tmp_path_factory.mktemp("policy"))["safetensors"]
+
+
+@pytest.fixture
+def shipped(policy, body, said):
+    return Keeper(Controller.load(policy), body.stance, said.append)
+
+
+@pytest.mark.parametrize(
+    ("change", "least", "why"),
+    [
+        ({"pitch_rate": 5e3}, 11, "what cannot be true"),  # for 20 ms the last that could be stands for it
+        ({"pitch": wire.turned(1.5)}, 1, "has fallen"),
+    ],
+)
+def test_what_lets_the_controller_go_is_the_safe_state(shipped, said, body, change, least, why):
+    one = Simulation(body).frame
+    for beginning in (1, 2):
+        assert shipped.answer(one) is not PASSIVE
+        told = [
+            shipped.answer(dataclasses.replace(one, nanoseconds=n * TICK, **change)) for n in range(1, 16)
+        ]
+        assert [row is PASSIVE for row in told] == [n >= least for n in range(1, 16)] and shipped.safe
+        assert len(said) == beginning and why in said[-1]
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ({"pitch_rate": 5e3}, "what cannot be true"),
+        ({"joints": (20.0,) * 6}, "give radians"),
+        ({"joints": (0.1,) * 5}, "no answer"),
+    ],
+)
+def test_a_first_frame_that_cannot_be_is_the_safe_state(shipped, said, body, change, why):
+    one = Simulation(body).frame
+    assert shipped.answer(dataclasses.replace(one, **change)) is PASSIVE
+    assert shipped.answer(dataclasses.replace(one, nanoseconds=TICK)) is PASSIVE
+    assert len(said) == 1 and why in said[0]
+
+
+def test_a_message_that_is_none_is_the_safe_state_and_said_once(keeper, said):
+    keeper.answer(frame(0))
+    assert keeper.refuse("other joints") is PASSIVE and keeper.refuse("other joints") is PASSIVE
+    assert keeper.answer(frame(TICK)) is PASSIVE
+    assert said == ["safe state, joints are passive: other joints"]
+    assert keeper.answer(frame(0)) is not PASSIVE
+
+
+def test_joints_states_are_of_the_walkers_joints_in_their_order():
+    names, angles, rates = ("a", "b"), [1.0, 2.0], [3.0, 4.0]
+    assert wire.states(names, ["a", "b"], angles, rates) == {"joints": (1.0, 2.0), "joint_rates": (3.0, 4.0)}
+    for wrong in ((["b", "a"], angles, rates), ([], [], []), (["a", "b"], angles, []), (["a"], [1.0], [3.0])):
+        with pytest.raises(ValueError, match=wire.JOINTS):
+            wire.states(names, *wrong)
+
+
+@pytest.mark.parametrize("angle", [-3.1, -1.0, 0.0, 0.2, 3.0, math.pi])
+def test_a_quaternion_and_its_negative_are_one_pitch(angle):
+    y, w = wire.turned(angle)
+    assert wire.pitch(y, w) == pytest.approx(angle, abs=1e-15) and wire.pitch(-y, -w) == wire.pitch(y, w)
+
+
+def test_half_a_turn_is_positive():
+    assert wire.pitch(-1.0, 0.0) == wire.pitch(1.0, 0.0) == wire.pitch(1.0, -0.0) == math.pi
 
 
 def test_silence_is_noticed_by_the_clock(keeper, said):
@@ -272,15 +390,12 @@ def test_the_loop_answers_every_frame(body, keeper):
     assert [row[0] for row in given] == [101.0, 1.0, 2.0, 3.0]
 
 
-def test_the_shipped_policy_walks_in_ode(body, tmp_path):
-    trained, manifest = export.load("shipped")
-    policy = export.write(trained, manifest, ("safetensors",), tmp_path)["safetensors"]
-    simulation, said = Simulation(body), []
-    keeper = Keeper(Controller.load(policy), body.stance, said.append)
-    loop.commands(simulation, keeper, 1500)
+def test_the_shipped_policy_walks_in_ode(body, shipped, said):
+    simulation = Simulation(body)
+    loop.commands(simulation, shipped, 1500)
     place = simulation.qpos[0]
     simulation.wrench("torso", 400.0, 0.0, 0, 50 * TICK)  # 40 N s
-    loop.commands(simulation, keeper, 2000)
+    loop.commands(simulation, shipped, 2000)
     assert simulation.qpos[1] > 0.85 and said == []
     assert (simulation.qpos[0] - place) / 4.0 == pytest.approx(1.05, abs=0.15)
 
