@@ -17,7 +17,7 @@ from std_msgs.msg import Float64
 
 from jaxwalk.deploy import Controller
 from jaxwalk.ros import body as bodies
-from jaxwalk.ros import node, topics, wire
+from jaxwalk.ros import node, topics, watch, wire
 from jaxwalk.ros.parameters import Controlled
 from jaxwalk.ros.watch import OLDEST, Collector, Keeper
 
@@ -29,7 +29,9 @@ class Node:
 
     def __init__(self, told: Controlled, lines: TextIO) -> None:
         body = bodies.read(told.body)
-        self._keeper = Keeper(Controller.load(told.policy, delay=told.delay), body.stance, node.say(NAME))
+        controller = Controller.load(told.policy, delay=told.delay)
+        watch.check(controller, body, told.policy, told.body)
+        self._keeper = Keeper(controller, body.stance, node.say(NAME))
         self._collector, self._lock = Collector(), threading.Lock()
         self._heard = time.monotonic()
         self._lines = lines
@@ -70,10 +72,11 @@ class Node:
                     self._give(wire.PASSIVE)
 
     def _give(self, command: tuple[float, ...]) -> None:
-        self._lines.write(" ".join(map(float.hex, command)) + "\n")
-        self._lines.flush()
         for joint, value in zip(self._joints, command, strict=True):
             joint.publish(topics.command(value))
+        # After the joints: a disk that is full is no reason to let the walker wait.
+        self._lines.write(" ".join(map(float.hex, command)) + "\n")
+        self._lines.flush()
 
 
 def main() -> int:

@@ -21,7 +21,7 @@ from jaxwalk.ros import body as bodies
 from jaxwalk.ros import gazebo, measures, node, topics, wire
 from jaxwalk.ros.inbox import Inbox
 from jaxwalk.ros.parameters import Simulated
-from jaxwalk.ros.simulation import Simulation
+from jaxwalk.ros.simulation import Simulation, unfit
 
 NAME = "jaxwalk_simulation"
 
@@ -61,13 +61,13 @@ class Node:
         return gazebo.service("ApplyJointEffort")._response_class(not wrong, wrong)
 
     def _wrench(self, asked: Any) -> Any:
-        point, force, torque = asked.reference_point, asked.wrench.force, asked.wrench.torque
+        parts = asked.reference_point, asked.wrench.force, asked.wrench.torque
+        point, force, torque = ((one.x, one.y, one.z) for one in parts)
         begin, lasts = asked.start_time.to_nsec(), asked.duration.to_nsec()
-        if any((point.x, point.y, point.z, force.y, force.z, torque.x, torque.z)):
-            wrong = "give a force along x and a torque about y at reference_point 0 0 0, the body's centre"
-        else:
+        wrong = unfit(asked.reference_frame, point, force, torque)
+        if not wrong:
             with self._lock:
-                wrong = self._simulation.wrench(asked.body_name, force.x, torque.y, begin, lasts)
+                wrong = self._simulation.wrench(asked.body_name, force[0], torque[1], begin, lasts)
         return gazebo.service("ApplyBodyWrench")._response_class(not wrong, wrong)
 
     def _reset(self, _: Any) -> Any:

@@ -13,6 +13,7 @@ from typing import Any
 from jaxwalk.common.errors import UserError
 from jaxwalk.deploy import Controller
 from jaxwalk.ros import wire
+from jaxwalk.ros.body import Body
 from jaxwalk.ros.wire import Frame
 
 OLDEST = 20_000_000  # ns for which the walker may be controlled without news of it
@@ -66,6 +67,24 @@ class Collector:
             return True
         del self._before[topic]
         return False
+
+
+def check(controller: Controller, body: Body, policy: str, file: str) -> None:
+    """See that ``controller``, of the file ``policy``, speaks to the joints of ``body``, of ``file``.
+
+    Raises:
+      UserError: its legs are told no torques, or its ticks are others.
+    """
+    if controller.person.gait.form != "compliant":
+        raise UserError(
+            f"policy {policy}: joints are told torques: give a policy of legs that yield, as shipped"
+        )
+    given, wanted = body.tree.timestep, controller.timestep
+    if abs(given - wanted) > 1e-9:
+        raise UserError(
+            f"{file}: ticks of {given:g} s, but the policy's are of {wanted:g} s: "
+            "give the body and the policy that one jaxwalk ros wrote"
+        )
 
 
 class Keeper:

@@ -16,10 +16,10 @@ from jaxwalk.deploy import Controller
 from jaxwalk.export import command as export
 from jaxwalk.ode import library
 from jaxwalk.ros import body as bodies
-from jaxwalk.ros import loop, making, parameters, wire
+from jaxwalk.ros import loop, making, parameters, watch, wire
 from jaxwalk.ros.inbox import Inbox
 from jaxwalk.ros.measures import Record
-from jaxwalk.ros.simulation import Simulation
+from jaxwalk.ros.simulation import Simulation, unfit
 from jaxwalk.ros.watch import OLDEST, Collector, Keeper
 from jaxwalk.ros.wire import PASSIVE, Frame
 
@@ -363,6 +363,26 @@ def test_an_effort_is_added_to_the_command_and_ends(body):
     assert for_ever.qvel[7] == pytest.approx(rates[0], abs=1e-12)
 
 
+def test_loads_that_are_none_are_refused(body):
+    simulation = hung(body)
+    for value in (math.nan, math.inf):
+        assert simulation.effort("knee_right", value, 0, -1).startswith("give finite")
+        assert simulation.wrench("torso", value, 0.0, 0, -1).startswith("give finite")
+        assert simulation.wrench("torso", 0.0, value, 0, -1).startswith("give finite")
+    assert simulation.effort("knee_right", 1.0, 0, 0).startswith("duration 0")
+    assert simulation.wrench("torso", 1.0, 0.0, 0, 0).startswith("duration 0")
+    assert simulation._efforts == simulation._wrenches == []
+
+
+def test_wrenches_are_in_the_plane_at_the_centre_in_the_worlds_frame():
+    nought, along, about = (0.0, 0.0, 0.0), (4.0, 0.0, 0.0), (0.0, 4.0, 0.0)
+    assert unfit("", nought, along, about) == unfit("world", nought, along, about) == ""
+    assert unfit("torso", nought, along, about) == "reference_frame torso: give world"
+    for wrong in ((along, along, about), (nought, about, about), (nought, along, along)):
+        assert unfit("", *wrong).startswith("give a force along x")
+    assert unfit("", nought, (0.0, math.nan, 0.0), about)
+
+
 def test_a_reset_forgets(body):
     simulation = hung(body)
     first = simulation.frame
@@ -408,11 +428,65 @@ def test_the_shipped_policy_walks_in_ode(body, shipped, said):
         ({"body": "x", "lockstep": "yes"}, "parameter lockstep: 'yes' is no bool"),
         ({"body": 3}, "parameter body: 3 is no str"),
         ({"body": "x", "factor": True}, "parameter factor: True is no float"),
+        (
+            {"body": "x", "factor": 0.0},
+            "node: parameter factor: 0.0 is out of range: give more than 0, finite",
+        ),
+        ({"body": "x", "factor": math.inf}, "parameter factor: inf is out of range"),
+        ({"body": "x", "factor": math.nan}, "parameter factor: nan is out of range"),
+        ({"body": "x", "factor": 10**400}, "parameter factor: 1000"),
+        ({"body": "x", "method": "fast"}, "parameter method: 'fast' is out of range: give world or quick"),
+        ({"body": "x", "patience": 0}, "parameter patience: 0 is out of range"),
+        ({"body": "x", "seconds": -1.0}, "parameter seconds: -1.0 is out of range: give 0 or more, finite"),
+        ({"body": "x", "listeners": 0}, "parameter listeners: 0 is out of range: give 1 or more"),
+        (
+            {"body": "x", "report": "/nowhere/at/all.json"},
+            "node: parameter report /nowhere/at/all.json: there is",
+        ),
+        ({"body": "x", "report": "/tmp"}, "node: parameter report /tmp: is a folder"),
     ],
 )
 def test_parameters_that_are_no_good_are_named(told, said):
     with pytest.raises(UserError, match=said):
         parameters.read(parameters.Simulated, told, "node")
+
+
+@pytest.mark.parametrize(
+    ("kind", "told", "said"),
+    [
+        (parameters.Controlled, {"delay": 0.05}, "delay: 0.05 is out of range: give 0 or more, 0.04 at most"),
+        (parameters.Controlled, {"factor": -1.0}, "factor: -1.0 is out of range"),
+        (
+            parameters.Controlled,
+            {"commands": "/nowhere/at/all"},
+            "commands /nowhere/at/all: there is no folder",
+        ),
+        (parameters.Pushed, {"impulse": math.inf}, "impulse: inf is out of range: give a finite number"),
+        (parameters.Pushed, {"begin": -0.1}, "begin: -0.1 is out of range"),
+        (parameters.Pushed, {"seconds": 0.0}, "seconds: 0.0 is out of range"),
+        (parameters.Pushed, {"patience": 0.0}, "patience: 0.0 is out of range"),
+    ],
+)
+def test_ranges_of_the_other_nodes(kind, told, said):
+    needed = {
+        parameters.Controlled: {"policy": "p", "body": "b"},
+        parameters.Pushed: {"impulse": 1, "begin": 0},
+    }
+    assert parameters.read(kind, needed[kind], "node")
+    with pytest.raises(UserError, match=f"node: parameter {said}"):
+        parameters.read(kind, needed[kind] | told, "node")
+
+
+def test_a_policy_that_does_not_fit_the_body_is_refused(policy, body, tmp_path):
+    controller = Controller.load(policy)
+    watch.check(controller, body, "policy", "body.json")
+    slower = dataclasses.replace(body, tree=dataclasses.replace(body.tree, timestep=0.004))
+    with pytest.raises(UserError, match=r"body\.json: ticks of 0\.004 s, but the policy's are of 0\.002 s"):
+        watch.check(controller, slower, "policy", "body.json")
+    trained, manifest = export.load("shipped-rigid")
+    rigid = export.write(trained, manifest, ("safetensors",), tmp_path)["safetensors"]
+    with pytest.raises(UserError, match="policy rigid: joints are told torques"):
+        watch.check(Controller.load(rigid), body, "rigid", "body.json")
 
 
 def test_what_a_walk_came_to():
