@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
 import math
+import socket
+import threading
+import time
 
 import numpy as np
 import pytest
@@ -16,7 +20,7 @@ from jaxwalk.deploy import Controller
 from jaxwalk.export import command as export
 from jaxwalk.ode import library
 from jaxwalk.ros import body as bodies
-from jaxwalk.ros import loop, making, parameters, watch, wire
+from jaxwalk.ros import command, loop, making, parameters, watch, wire
 from jaxwalk.ros.inbox import Inbox
 from jaxwalk.ros.measures import Record
 from jaxwalk.ros.simulation import Simulation, unfit
@@ -88,6 +92,94 @@ def test_a_damaged_body_is_told_in_one_line(body, tmp_path, broken):
     (tmp_path / "body.json").write_text(text)
     with pytest.raises(UserError, match=r"give the body\.json that jaxwalk ros writes"):
         bodies.read(tmp_path / "body.json")
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("parent", lambda told: [0, *told[1:]]),
+        ("parent", lambda told: [told[0], -1, *told[2:]]),
+        ("driven", lambda told: [0, *told[1:]]),
+        ("driven", lambda told: [told[1], *told[1:]]),
+        ("turn", lambda told: [0.5, *told[1:]]),
+        ("imu", lambda told: [*told, 0.0]),
+        ("imu", lambda told: [told]),
+        ("soles", lambda told: told[:1]),
+        ("anchor", lambda told: [[*row, 0.0] for row in told]),
+        ("mass", lambda told: [[one] for one in told]),
+        ("mass", lambda told: [1e-10, *told[1:]]),
+        ("inertia", lambda told: [1e-10, *told[1:]]),
+        ("damping", lambda told: [*told[:-1], -0.1]),
+        ("friction", lambda told: -0.1),
+        ("timestep", lambda told: 0.02),
+        ("timestep", lambda told: 1e-5),
+    ],
+)
+def test_a_tree_that_ode_cannot_hold_is_told_in_one_line(body, tmp_path, name, value):
+    told = json.loads(bodies.text(body))
+    told["tree"][name] = value(told["tree"][name])
+    (tmp_path / "body.json").write_text(json.dumps(told))
+    with pytest.raises(UserError, match="not of a body"):
+        bodies.read(tmp_path / "body.json")
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ["a"] * 6,
+        ["a", "b", "c", "d", "e"],
+        ["a", "b", "c", "d", "e", "f g"],
+        ["", *"bcdef"],
+        [*"abcde", "/f"],
+    ],
+)
+def test_joints_are_six_names_for_topics(body, tmp_path, names):
+    told = json.loads(bodies.text(body)) | {"joints": names}
+    (tmp_path / "body.json").write_text(json.dumps(told))
+    with pytest.raises(UserError, match="not of a body"):
+        bodies.read(tmp_path / "body.json")
+
+
+def test_five_joints_are_none_even_where_all_parts_agree(body, tmp_path):
+    told = json.loads(bodies.text(body))
+    for name in ("driven", "gain", "offset", "rate", "limit"):
+        told["tree"][name].pop()
+    told["joints"].pop()
+    (tmp_path / "body.json").write_text(json.dumps(told))
+    with pytest.raises(UserError, match="not of a body"):
+        bodies.read(tmp_path / "body.json")
+
+
+@pytest.mark.parametrize("said", [b"", b"garbage\n", b"<a>", b"<methodResponse></methodResponse>"])
+def test_what_is_no_master_does_not_answer(monkeypatch, said):
+    monkeypatch.setattr(command, "_ANSWERING", 0.3)
+    raw = said == b"garbage\n"
+    head = b"HTTP/1.0 200 OK\r\nContent-Type: text/xml\r\nContent-Length: %d\r\n\r\n" % len(said)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def serve():
+            # xmlrpc asks a second time where it was hung up on.
+            with contextlib.suppress(OSError):
+                while True:
+                    one, _ = server.accept()
+                    with one:
+                        one.recv(4096)
+                        if not said:
+                            time.sleep(1.0)
+                        one.sendall(said if raw else head + said)
+
+        threading.Thread(target=serve, daemon=True).start()
+        begun = time.monotonic()
+        assert not command.answers(f"http://127.0.0.1:{server.getsockname()[1]}")
+        assert time.monotonic() - begun < 30.0
+        server.shutdown(socket.SHUT_RDWR)
+
+
+@pytest.mark.parametrize(
+    "address", ["nonsense", "ftp://a", "http://127.0.0.1:port", "http://[", "http://127.0.0.1:1"]
+)
+def test_what_is_no_address_does_not_answer(address):
+    assert not command.answers(address)
 
 
 def test_only_planar_legs_that_yield_are_spoken_to():
@@ -347,11 +439,11 @@ def test_a_wrench_gives_its_impulse_at_its_time(body):
 
 def test_an_effort_is_added_to_the_command_and_ends(body):
     rates = []
-    for asked, command in ((0.0, 20.0), (15.0, 5.0)):
+    for asked, told in ((0.0, 20.0), (15.0, 5.0)):
         simulation = hung(body)
         assert simulation.effort("knee_right", asked, 0, 3 * TICK) == ""
         for _ in range(3):
-            simulation.tick((0, 0, 0, 0, command, 0))
+            simulation.tick((0, 0, 0, 0, told, 0))
         rates.append(simulation.qvel[7])
         assert simulation.effort("elbow", 1.0, 0, 0).startswith("no joint elbow")
     assert rates[0] == pytest.approx(rates[1], abs=1e-12) and rates[0] > 0.05
