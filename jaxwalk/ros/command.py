@@ -127,7 +127,8 @@ def _print(args: RosArgs, report: dict[str, Any]) -> None:
     table.add_row(
         "period", f"{period['mean']:.2f} ms, jitter {period['jitter']:.2f}, 99 % below {period['p99']:.2f}"
     )
-    table.add_row("latency of commands", f"{latency['mean']:.2f} ms, 99 % below {latency['p99']:.2f}")
+    told = "-" if latency["mean"] is None else f"{latency['mean']:.2f} ms, 99 % below {latency['p99']:.2f}"
+    table.add_row("latency of commands", told)
     table.add_row("ticks without an answer", f"{report['unanswered_ticks']} of {report['ticks']}")
     table.add_row("passive ticks", str(report["passive_ticks"]))
     Console(markup=False).print(table)

@@ -155,6 +155,45 @@ def controller(node, walked, out):
     )
 
 
+SERVE = """
+import sys, time
+import rospy
+from std_srvs.srv import Empty
+for name in sys.argv[1:]:
+    rospy.ServiceProxy(f"/gazebo/{name}", Empty)()
+    time.sleep(0.2)
+"""
+
+
+def test_a_reset_in_mid_walk_gives_the_commands_of_a_fresh_start_bit_for_bit(run, walked):
+    begun, _, node, out = run
+    node("simulation")
+    controller(node, walked, out)
+
+    def ask(*names):
+        assert begun.begin("ask", str(PYTHON), "-c", SERVE, *names).wait(MOST) == 0, begun.said("ask")
+
+    def walks():
+        """The commands of each walk, split where it begins."""
+        told = (out / "commands.txt").read_text().splitlines()
+        begins = [row for row, line in enumerate(told) if line == fresh[0]]
+        return [told[a:b] for a, b in zip(begins, [*begins[1:], len(told)], strict=True)]
+
+    fresh = (walked / "commands.txt").read_text().splitlines()[:500]  # before its push
+    wait(lambda: lines(out / "commands.txt") > 100)
+    ask("reset_simulation", "reset_simulation", "reset_simulation", "pause_physics")
+    paused = lines(out / "commands.txt")
+    time.sleep(0.5)
+    assert lines(out / "commands.txt") == paused
+    ask("reset_simulation")
+    assert lines(out / "commands.txt") == paused + 1  # to frame 0, where it stays
+    ask("unpause_physics")
+    wait(lambda: len(walks()[-1]) > 500)
+    assert len(walks()) == 5
+    for one in walks():
+        assert one[:500] == fresh[: len(one)]
+
+
 def test_a_controller_that_is_killed_leaves_passive_joints(run, walked):
     _, _, node, out = run
     report = out / "report.json"

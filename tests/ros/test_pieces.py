@@ -7,12 +7,16 @@ import dataclasses
 import json
 import math
 import socket
+import subprocess
+import sys
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
 from jaxwalk.config import BodyConfig, Config
 from jaxwalk.config.presets import PRESETS
@@ -579,6 +583,22 @@ def test_a_policy_that_does_not_fit_the_body_is_refused(policy, body, tmp_path):
     rigid = export.write(trained, manifest, ("safetensors",), tmp_path)["safetensors"]
     with pytest.raises(UserError, match="policy rigid: joints are told torques"):
         watch.check(Controller.load(rigid), body, "rigid", "body.json")
+
+
+@pytest.mark.parametrize("told", [[], ["nobody_node"], ["../node"]])
+def test_the_packages_program_names_the_nodes(told):
+    program = Path(command.__file__).parent / "package" / "node"
+    done = subprocess.run([sys.executable, program, *told], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.endswith("give one of controller_node, push_node, simulation_node\n")
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_a_report_has_no_latency_where_nobody_answered(tmp_path):
+    record = Record(0.002)
+    record.add(np.array([0.0, 1.0, 0.0]), PASSIVE, math.nan, 0.0)
+    files.write_json(tmp_path / "report.json", record.told(1.0))
+    assert json.loads((tmp_path / "report.json").read_text())["latency"] == {"mean": None, "p99": None}
 
 
 def test_what_a_walk_came_to():
