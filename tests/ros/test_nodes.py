@@ -255,6 +255,8 @@ def test_the_launch_file_starts_both_nodes_by_the_parameters_of_a_yaml_file(run,
     [
         (["_sekonds:=3"], "jaxwalk_simulation: unknown parameter sekonds: give some of body, method"),
         (["_body:=nowhere.json"], "cannot read nowhere.json"),
+        (["_factor:=0"], "jaxwalk_simulation: parameter factor: 0 is out of range: give more than 0, finite"),
+        (["_report:=/nowhere/at/all"], "parameter report /nowhere/at/all: there is no folder /nowhere/at"),
     ],
 )
 def test_nodes_end_with_one_line_where_they_are_told_what_is_no_good(run, told, said):

@@ -52,10 +52,12 @@ def frame(nanoseconds: int, **changes) -> Frame:
 class Counting(Controller):
     """Says how often it has been asked since it began."""
 
-    passive = fallen = False
-
     def __init__(self):
-        self.asked = 0
+        self.asked, self.passive = 0, False
+
+    @property
+    def fallen(self):
+        return False
 
     def start(self, said, stance):
         self.asked = 0
@@ -101,7 +103,7 @@ def test_a_damaged_body_is_told_in_one_line(body, tmp_path, broken):
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        ("parent", lambda told: [0, *told[1:]]),
+        ("parent", lambda told: [-2, *told[1:]]),
         ("parent", lambda told: [told[0], -1, *told[2:]]),
         ("driven", lambda told: [0, *told[1:]]),
         ("driven", lambda told: [told[1], *told[1:]]),
@@ -159,6 +161,7 @@ def test_what_is_no_master_does_not_answer(monkeypatch, said):
     monkeypatch.setattr(command, "_ANSWERING", 0.3)
     raw = said == b"garbage\n"
     head = b"HTTP/1.0 200 OK\r\nContent-Type: text/xml\r\nContent-Length: %d\r\n\r\n" % len(said)
+    done = threading.Event()
     with socket.create_server(("127.0.0.1", 0)) as server:
 
         def serve():
@@ -169,13 +172,14 @@ def test_what_is_no_master_does_not_answer(monkeypatch, said):
                     with one:
                         one.recv(4096)
                         if not said:
-                            time.sleep(1.0)
+                            done.wait(60.0)  # takes the call and is silent
                         one.sendall(said if raw else head + said)
 
         threading.Thread(target=serve, daemon=True).start()
         begun = time.monotonic()
         assert not command.answers(f"http://127.0.0.1:{server.getsockname()[1]}")
         assert time.monotonic() - begun < 30.0
+        done.set()
         server.shutdown(socket.SHUT_RDWR)
 
 
@@ -585,7 +589,7 @@ def test_a_policy_that_does_not_fit_the_body_is_refused(policy, body, tmp_path):
         watch.check(Controller.load(rigid), body, "rigid", "body.json")
 
 
-@pytest.mark.parametrize("told", [[], ["nobody_node"], ["../node"]])
+@pytest.mark.parametrize("told", [[], ["nobody_node"], ["../node"], ["two\nlines"]])
 def test_the_packages_program_names_the_nodes(told):
     program = Path(command.__file__).parent / "package" / "node"
     done = subprocess.run([sys.executable, program, *told], capture_output=True, text=True, check=False)
