@@ -14,6 +14,7 @@ import pytest
 
 from jaxwalk import cli
 from jaxwalk.common.errors import UserError
+from jaxwalk.export import command as export
 from jaxwalk.ros import command, processes
 from jaxwalk.ros.processes import Processes
 
@@ -263,6 +264,41 @@ def test_nodes_end_with_one_line_where_they_are_told_what_is_no_good(run, told, 
     begun, _, node, _ = run
     assert node("simulation", *told).wait(MOST) == 2
     assert said in begun.said("simulation")
+
+
+def test_a_policy_of_other_legs_is_refused(run, walked):
+    begun, _, node, out = run
+    trained, manifest = export.load("shipped-rigid")
+    rigid = export.write(trained, manifest, ("safetensors",), out)["safetensors"]
+    assert node("controller", f"_policy:={rigid}").wait(MOST) == 2
+    assert begun.said("controller").endswith("give a policy of legs that yield, as shipped")
+
+
+FOREIGN = """
+import time
+import rospy
+from sensor_msgs.msg import JointState
+rospy.init_node("foreign")
+states = rospy.Publisher("/walker/joint_states", JointState, queue_size=1)
+while not states.get_num_connections():
+    time.sleep(0.05)
+for _ in range(3):
+    states.publish(JointState(name=["elbow"], position=[0.1]))
+    time.sleep(0.1)
+"""
+
+
+def test_states_of_other_joints_are_the_safe_state_said_once(run, walked):
+    begun, _, node, out = run
+    one = controller(node, walked, out)
+    assert begun.begin("foreign", str(PYTHON), "-c", FOREIGN).wait(MOST) == 0, begun.said("foreign")
+    wait(lambda: lines(out / "commands.txt") == 3)
+    assert set((out / "commands.txt").read_text().splitlines()) == {" ".join(["nan"] * 6)}
+    told = (out / "controller.log").read_text()
+    assert (
+        told.count("safe state, joints are passive: /walker/joint_states is of elbow; wanted: hip_left") == 1
+    )
+    assert "Traceback" not in told and one.poll() is None
 
 
 def test_without_a_master_nodes_say_so(walked, tmp_path):
