@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import os
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +19,10 @@ from jaxwalk.ode import Tree
 _CURE = "give the body.json that jaxwalk ros writes"
 _WHOLE = ("parent", "foot", "soles", "driven")  # numbers of bodies
 _SINGLE = ("timestep", "gravity", "friction")
+JOINTS = 6
+_NAME = re.compile("[A-Za-z][A-Za-z0-9_]*")  # what ROS takes for a part of a topic's name
+_LEAST = 1e-9  # kg, kg m^2: ODE ends the process over less than its own numbers hold
+_TICKS = 1e-5, 0.02  # s
 
 
 @dataclass(frozen=True)
@@ -83,21 +89,37 @@ def _tree(told: dict[str, Any]) -> Tree:
 
 def _check(body: Body) -> None:
     tree, count = body.tree, len(body.segments)
-    per_body = tree.mass, tree.inertia, tree.turn, tree.damping, tree.anchor[:, 0], tree.centre[:, 1]
-    per_ball = tree.ball[:, 1], tree.radius, tree.stiffness, tree.yielding
+    per_body = tree.mass, tree.inertia, tree.turn, tree.damping
+    per_ball = tree.radius, tree.stiffness, tree.yielding
     per_joint = tree.gain, tree.offset, tree.rate, tree.limit
+    above, driven = tree.parent, tree.driven
     fits = (
         all(len(x) == count for x in (tree.parent, *per_body))
         and all(len(x) == len(tree.foot) for x in per_ball)
-        and all(len(x) == len(tree.driven) == len(body.joints) for x in per_joint)
+        and all(len(x) == len(driven) == len(body.joints) for x in per_joint)
+        and all(x.ndim == 1 for x in (above, *per_body, *per_ball, *per_joint, tree.foot, driven))
+        and all(x.shape == (count, 2) for x in (tree.anchor, tree.centre))
+        and tree.ball.shape == (len(tree.foot), 2)
+        and tree.imu.shape == tree.soles.shape == body.touch.shape == (2,)
         and len(body.qpos) == len(body.qvel) == count + 2
-        and (tree.parent < np.arange(count)).all()
+        # A root, and each of the others on one before it: the root's joint is driven by nothing.
+        and above[0] == -1
+        and (above[1:] >= 0).all()
+        and (above < np.arange(count)).all()
+        and (driven >= 1).all()
+        and len(set(driven.tolist())) == len(set(body.joints)) == JOINTS
+        and all(map(_NAME.fullmatch, body.joints))
+        and (np.abs(tree.turn) == 1).all()
         and all(0 <= n < count for part in (tree.foot, tree.soles, tree.driven) for n in part.tolist())
-        and (np.concatenate([tree.mass, tree.inertia, tree.radius, tree.stiffness, tree.yielding]) > 0).all()
+        and (np.concatenate([tree.mass, tree.inertia]) > _LEAST).all()
+        and (np.concatenate([tree.radius, tree.stiffness, tree.yielding]) > 0).all()
+        and (tree.damping >= 0).all()
+        and tree.friction >= 0
         and all(np.isfinite(x).all() for x in (*per_body, *per_ball, *per_joint, body.qpos, body.qvel))
+        and all(np.isfinite(x).all() for x in (tree.anchor, tree.centre, tree.ball, tree.imu, body.touch))
+        and all(map(math.isfinite, (tree.gravity, tree.friction)))
         and body.stance in (0, 1)
-        and body.touch.shape == (2,)
-        and tree.timestep > 0
+        and _TICKS[0] < tree.timestep < _TICKS[1]
     )
     if not fits:
         raise ValueError

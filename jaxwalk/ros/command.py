@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import http.client
 import json
 import os
 import time
 import xmlrpc.client
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from xml.parsers.expat import ExpatError
 
 from rich.console import Console
 from rich.table import Table
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from jaxwalk.ros.options import RosArgs
 
 _STARTING = 30.0  # s that a master may take to answer
+_ANSWERING = 3.0  # s that one may, who is there
 
 
 def main(args: RosArgs) -> None:
@@ -48,11 +51,30 @@ def main(args: RosArgs) -> None:
 
 
 def answers(master: str) -> bool:
-    """Whether a ROS master does at that address."""
-    with contextlib.suppress(OSError, xmlrpc.client.Error):
-        asked: Any = xmlrpc.client.ServerProxy(master)
+    """Whether a ROS master does at that address, within `_ANSWERING` s for each part of its answer."""
+    # What is no master may be anything: other HTTP, other XML, or somebody who takes calls and is silent.
+    none = (
+        OSError,
+        http.client.HTTPException,
+        xmlrpc.client.Error,
+        ExpatError,
+        ValueError,
+        TypeError,
+        LookupError,
+    )
+    with contextlib.suppress(*none):
+        asked: Any = xmlrpc.client.ServerProxy(master, _Prompt())
         return asked.getPid("/jaxwalk")[0] == 1
     return False
+
+
+class _Prompt(xmlrpc.client.Transport):
+    """It does not wait for an answer for ever."""
+
+    def make_connection(self, host: Any) -> http.client.HTTPConnection:
+        made = super().make_connection(host)
+        made.timeout = _ANSWERING
+        return made
 
 
 def _walk(args: RosArgs, out: Path, policy: Path, joints: tuple[str, ...]) -> None:
@@ -105,7 +127,8 @@ def _print(args: RosArgs, report: dict[str, Any]) -> None:
     table.add_row(
         "period", f"{period['mean']:.2f} ms, jitter {period['jitter']:.2f}, 99 % below {period['p99']:.2f}"
     )
-    table.add_row("latency of commands", f"{latency['mean']:.2f} ms, 99 % below {latency['p99']:.2f}")
+    told = "-" if latency["mean"] is None else f"{latency['mean']:.2f} ms, 99 % below {latency['p99']:.2f}"
+    table.add_row("latency of commands", told)
     table.add_row("ticks without an answer", f"{report['unanswered_ticks']} of {report['ticks']}")
     table.add_row("passive ticks", str(report["passive_ticks"]))
     Console(markup=False).print(table)

@@ -17,7 +17,7 @@ from std_msgs.msg import Float64
 
 from jaxwalk.deploy import Controller
 from jaxwalk.ros import body as bodies
-from jaxwalk.ros import node, topics, wire
+from jaxwalk.ros import node, topics, watch, wire
 from jaxwalk.ros.parameters import Controlled
 from jaxwalk.ros.watch import OLDEST, Collector, Keeper
 
@@ -29,10 +29,13 @@ class Node:
 
     def __init__(self, told: Controlled, lines: TextIO) -> None:
         body = bodies.read(told.body)
-        self._keeper = Keeper(Controller.load(told.policy, delay=told.delay), body.stance, node.say(NAME))
+        controller = Controller.load(told.policy, delay=told.delay)
+        watch.check(controller, body, told.policy, told.body)
+        self._keeper = Keeper(controller, body.stance, node.say(NAME))
         self._collector, self._lock = Collector(), threading.Lock()
         self._heard = time.monotonic()
         self._lines = lines
+        self._names = body.joints
         self._joints = [topics.publisher(wire.command(joint), Float64) for joint in body.joints]
         for topic, kind in topics.KINDS.items():
             topics.subscriber(topic, kind, self._take, topic)
@@ -43,7 +46,12 @@ class Node:
     def _take(self, message: Any, topic: str) -> None:
         with self._lock:
             stamp = message.header.stamp.to_nsec()
-            frame = self._collector.take(topic, stamp, topics.values(topic, message))
+            try:
+                values = topics.values(topic, message, self._names)
+            except ValueError as error:
+                self._give(self._keeper.refuse(str(error)))
+                return
+            frame = self._collector.take(topic, stamp, values)
             if frame is None:
                 return
             self._heard = time.monotonic()
@@ -64,10 +72,11 @@ class Node:
                     self._give(wire.PASSIVE)
 
     def _give(self, command: tuple[float, ...]) -> None:
-        self._lines.write(" ".join(map(float.hex, command)) + "\n")
-        self._lines.flush()
         for joint, value in zip(self._joints, command, strict=True):
             joint.publish(topics.command(value))
+        # After the joints: a disk that is full is no reason to let the walker wait.
+        self._lines.write(" ".join(map(float.hex, command)) + "\n")
+        self._lines.flush()
 
 
 def main() -> int:

@@ -41,7 +41,7 @@ class Record:
         self.fallen = not stands
 
     def told(self, factor: float) -> dict[str, Any]:
-        """As plain numbers; times in ms."""
+        """As plain numbers; times in ms. NaN is what there was nothing to be measured of."""
         seconds, settled = len(self._places) * self._timestep, round(SETTLED / self._timestep)
         walked = self._places[settled:]
         speed = (walked[-1] - walked[0]) / ((len(walked) - 1) * self._timestep) if len(walked) > 1 else None

@@ -3,12 +3,57 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
+from jaxwalk.common import files
 from jaxwalk.common.errors import UserError
+from jaxwalk.config import DELAY_MOST
 
 T = TypeVar("T")
+_MOST = sys.float_info.max  # what is more, or not a number, is not finite
+_LONGEST = 1e6  # s; ROS's times have an end, too
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a parameter may be.
+
+    Attributes:
+      least, most: of a number. above: more than ``least``. names: of which a text is one.
+      written: a text names a file for results, where it is not empty.
+    """
+
+    least: float = -_MOST
+    most: float = _MOST
+    above: bool = False
+    names: tuple[str, ...] = ()
+    written: bool = False
+
+    def takes(self, value: Any) -> bool:
+        """Whether ``value`` is one, as far as can be said without looking at files."""
+        if isinstance(value, bool | str):
+            return not self.names or value in self.names
+        return self.least <= value <= self.most and not (self.above and value == self.least)
+
+    def __str__(self) -> str:
+        if self.names:
+            return " or ".join(self.names)
+        if self.least == -_MOST:
+            return "a finite number"
+        least = f"more than {self.least:g}" if self.above else f"{self.least:g} or more"
+        return f"{least}, finite" if self.most == _MOST else f"{least}, {self.most:g} at most"
+
+
+def _one(wanted: Wanted, **default: Any) -> Any:
+    return field(**default, metadata={"wanted": wanted})
+
+
+_FACTOR = Wanted(least=0.0, above=True)
+_PATIENCE = Wanted(least=0.0, above=True, most=_LONGEST)
+_WRITTEN = Wanted(written=True)
 
 
 @dataclass(frozen=True)
@@ -17,19 +62,19 @@ class Simulated:
 
     body: str
     """File of `jaxwalk.ros.body`."""
-    method: str = "world"
+    method: str = _one(Wanted(names=("world", "quick")), default="world")
     """ODE's step: world or quick."""
     lockstep: bool = True
     """Each tick waits for its command; otherwise time runs by the clock."""
-    factor: float = 1.0
+    factor: float = _one(_FACTOR, default=1.0)
     """Not in lock-step: simulated seconds a second."""
-    seconds: float = 0.0
+    seconds: float = _one(Wanted(least=0.0), default=0.0)
     """Simulated time after which it ends; 0: never."""
-    listeners: int = 1
+    listeners: int = _one(Wanted(least=1), default=1)
     """Subscribers of every sensor's topic that are waited for before the first tick."""
-    patience: float = 2.0
+    patience: float = _one(_PATIENCE, default=2.0)
     """Lock-step: seconds by the clock that a command is waited for, before joints become passive."""
-    report: str = ""
+    report: str = _one(_WRITTEN, default="")
     """File for what was measured, JSON; empty for none."""
 
 
@@ -41,13 +86,13 @@ class Controlled:
     """An exported policy, .safetensors or .npz."""
     body: str
     """File of `jaxwalk.ros.body`: whose stance it starts in."""
-    delay: float = 0.0
+    delay: float = _one(Wanted(least=0.0, most=DELAY_MOST), default=0.0)
     """By which the instruments of torso and soles tell late, s, as they were measured: the policy is told."""
     lockstep: bool = True
     """As the simulation's: the age of messages is counted in its time alone."""
-    factor: float = 1.0
+    factor: float = _one(_FACTOR, default=1.0)
     """As the simulation's."""
-    commands: str = ""
+    commands: str = _one(_WRITTEN, default="")
     """File for all commands, a line each; empty for none."""
 
 
@@ -55,15 +100,15 @@ class Controlled:
 class Pushed:
     """Of the node that pushes."""
 
-    impulse: float
+    impulse: float = _one(Wanted())
     """N s, forward positive."""
-    begin: float
+    begin: float = _one(Wanted(least=0.0, most=_LONGEST))
     """Simulated time at which it begins, s."""
-    seconds: float = 0.1
+    seconds: float = _one(Wanted(least=0.0, above=True, most=_LONGEST), default=0.1)
     """How long it lasts, s."""
     body: str = "torso"
     """The segment whose centre is pushed."""
-    patience: float = 20.0
+    patience: float = _one(_PATIENCE, default=20.0)
     """Seconds by the clock that the simulation is waited for."""
 
 
@@ -71,7 +116,8 @@ def read(kind: type[T], told: Any, node: str) -> T:
     """``kind`` of what a node was told.
 
     Raises:
-      UserError: an unknown name, one that is missing, or a value of another type.
+      UserError: an unknown name, one that is missing, a value of another type or out of range, or a file
+        for results that cannot be written.
     """
     fields = {one.name: one for one in dataclasses.fields(cast(Any, kind))}
     told = told if isinstance(told, dict) else {}
@@ -88,5 +134,13 @@ def read(kind: type[T], told: Any, node: str) -> T:
         value = told[name]
         if not isinstance(value, wanted) or (isinstance(value, bool) and one.type != "bool"):
             raise UserError(f"{node}: parameter {name}: {value!r} is no {one.type}")
+        _check(one.metadata.get("wanted", Wanted()), f"{node}: parameter {name}", value)
         made[name] = value
     return kind(**made)
+
+
+def _check(wanted: Wanted, what: str, value: Any) -> None:
+    if not wanted.takes(value):
+        raise UserError(f"{what}: {value!r} is out of range: give {wanted}")
+    if wanted.written and value:
+        files.check_output(what, Path(value))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +29,15 @@ class Load:
     def acts(self, now: int) -> bool:
         """Whether it does so in the tick that begins at ``now``, ns."""
         return self.begin <= now and (self.lasts < 0 or now < self.begin + self.lasts)
+
+
+def unfit(frame: str, point: tuple[float, ...], force: tuple[float, ...], torque: tuple[float, ...]) -> str:
+    """What is wrong with a wrench, [3] each as a service is asked for it, or ""."""
+    if frame not in ("", "world"):
+        return f"reference_frame {frame}: give world"
+    if any((*point, *force[1:], torque[0], torque[2])):
+        return "give a force along x and a torque about y at reference_point 0 0 0, the body's centre"
+    return ""
 
 
 class Simulation:
@@ -65,6 +75,8 @@ class Simulation:
         """Add ``torque`` (N m) to a joint's own from ``begin`` on; gives what is wrong with that, or ""."""
         if joint not in self.body.joints:
             return f"no joint {joint}: give one of {', '.join(self.body.joints)}"
+        if wrong := _unfit((torque,), lasts):
+            return wrong
         self._efforts.append(Load(self.body.joints.index(joint), (torque,), max(begin, self.now), lasts))
         return ""
 
@@ -72,6 +84,8 @@ class Simulation:
         """Push the centre of a body; as `effort`."""
         if body not in self.body.segments:
             return f"no body {body}: give one of {', '.join(self.body.segments)}"
+        if wrong := _unfit((force, moment), lasts):
+            return wrong
         row = self.body.segments.index(body)
         self._wrenches.append(Load(row, (force, moment), max(begin, self.now), lasts))
         return ""
@@ -108,3 +122,9 @@ class Simulation:
             tuple(self.qvel[joints].tolist()),
             (float(sensed[9]), float(sensed[10])),
         )
+
+
+def _unfit(values: tuple[float, ...], lasts: int) -> str:
+    if not all(map(math.isfinite, values)):
+        return "give finite numbers of N and N m"
+    return "" if lasts else "duration 0: give how long, or a negative one for ever"

@@ -5,7 +5,6 @@ python3 -m jaxwalk.ros.simulation_node _body:=body.json _seconds:=60
 
 from __future__ import annotations
 
-import json
 import sys
 import threading
 import time
@@ -17,11 +16,12 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64
 from std_srvs.srv import Empty, EmptyResponse
 
+from jaxwalk.common import files
 from jaxwalk.ros import body as bodies
 from jaxwalk.ros import gazebo, measures, node, topics, wire
 from jaxwalk.ros.inbox import Inbox
 from jaxwalk.ros.parameters import Simulated
-from jaxwalk.ros.simulation import Simulation
+from jaxwalk.ros.simulation import Simulation, unfit
 
 NAME = "jaxwalk_simulation"
 
@@ -34,8 +34,9 @@ class Node:
         body = bodies.read(told.body)
         self._simulation = Simulation(body, "quick" if told.method == "quick" else "world")
         self._inbox = Inbox(len(body.joints), node.say(NAME))
-        self._paused = threading.Event()
-        self._paused.set()  # set: it runs
+        self._running = threading.Event()
+        self._running.set()
+        self._again = threading.Event()  # to begin again was asked for
         self._clock = topics.publisher("/clock", Clock)
         self._out = {topic: topics.publisher(topic, kind) for topic, kind in topics.KINDS.items()}
         self._in = [
@@ -61,28 +62,32 @@ class Node:
         return gazebo.service("ApplyJointEffort")._response_class(not wrong, wrong)
 
     def _wrench(self, asked: Any) -> Any:
-        point, force, torque = asked.reference_point, asked.wrench.force, asked.wrench.torque
+        parts = asked.reference_point, asked.wrench.force, asked.wrench.torque
+        point, force, torque = ((one.x, one.y, one.z) for one in parts)
         begin, lasts = asked.start_time.to_nsec(), asked.duration.to_nsec()
-        if any((point.x, point.y, point.z, force.y, force.z, torque.x, torque.z)):
-            wrong = "give a force along x and a torque about y at reference_point 0 0 0, the body's centre"
-        else:
+        wrong = unfit(asked.reference_frame, point, force, torque)
+        if not wrong:
             with self._lock:
-                wrong = self._simulation.wrench(asked.body_name, force.x, torque.y, begin, lasts)
+                wrong = self._simulation.wrench(asked.body_name, force[0], torque[1], begin, lasts)
         return gazebo.service("ApplyBodyWrench")._response_class(not wrong, wrong)
 
     def _reset(self, _: Any) -> Any:
-        with self._lock:
-            self._simulation.reset()
-            self._inbox.clear()
-            self._publish()
+        """Ask the loop for it: only there is nothing on its way that answers the walk before.
+
+        Who asked may go on to other services, whose loads are the new walk's; so he waits, if not for ever.
+        """
+        self._again.set()
+        end = time.monotonic() + 2 * self._told.patience
+        while self._again.is_set() and time.monotonic() < end:
+            time.sleep(0.001)
         return EmptyResponse()
 
     def _pause(self, _: Any) -> Any:
-        self._paused.clear()
+        self._running.clear()
         return EmptyResponse()
 
     def _unpause(self, _: Any) -> Any:
-        self._paused.set()
+        self._running.set()
         return EmptyResponse()
 
     def _publish(self) -> None:
@@ -102,16 +107,26 @@ class Node:
             time.sleep(0.02)
         return False
 
+    def _record(self) -> measures.Record:
+        return measures.Record(self._simulation.body.tree.timestep)
+
+    def _begin_again(self) -> None:
+        with self._lock:
+            self._simulation.reset()
+            self._inbox.clear()
+            self._publish()
+        self._again.clear()
+
     def walk(self) -> measures.Record:
-        """Ticks until time is over, the walker has fallen, or ROS ends."""
+        """Ticks until time is over, the walker has fallen, or ROS ends; what came of them since a reset."""
         if not self._met():
             node.say(NAME)("no controller is there: joints are passive")
         with self._lock:
             self._publish()
-        record, begun, ticks = measures.Record(self._simulation.body.tree.timestep), time.monotonic(), 0
+        record, begun, ticks = self._record(), time.monotonic(), 0
         while not rospy.is_shutdown():
-            if not self._paused.is_set():
-                self._paused.wait(0.1)
+            if not self._running.is_set() and not self._again.is_set():
+                self._running.wait(0.1)
                 begun, ticks = time.monotonic(), 0
                 continue
             ticks += 1
@@ -121,6 +136,11 @@ class Node:
                 due = begun + ticks * self._simulation.body.tree.timestep / self._told.factor
                 time.sleep(max(0.0, due - time.monotonic()))
                 command = self._inbox.newest(self._simulation.now)
+            if self._again.is_set():
+                # In lock-step the answer to the last frame has come, and is not taken for that to frame 0.
+                self._begin_again()
+                record, begun, ticks = self._record(), time.monotonic(), 0
+                continue
             with self._lock:
                 self._simulation.tick(command)
                 record.add(self._simulation.qpos, command, self._inbox.latency, time.monotonic())
@@ -135,7 +155,7 @@ def main() -> int:
     told = node.begin(NAME, Simulated)
     record = Node(told).walk()
     if told.report:
-        Path(told.report).write_text(json.dumps(record.told(told.factor), indent=1), encoding="utf-8")
+        files.write_json(Path(told.report), record.told(told.factor))
     return 0
 
 

@@ -55,8 +55,12 @@ def messages(frame: Frame, joints: tuple[str, ...]) -> dict[str, Any]:
     return made
 
 
-def values(topic: str, message: Any) -> dict[str, Any]:
-    """What of a frame ``message`` tells; a foot's force is told by its own name."""
+def values(topic: str, message: Any, joints: tuple[str, ...]) -> dict[str, Any]:
+    """What of a frame ``message`` tells; a foot's force is told by its own name.
+
+    Raises:
+      ValueError: as of `wire.states`.
+    """
     if topic == wire.IMU:
         turned = message.orientation
         return {
@@ -67,7 +71,7 @@ def values(topic: str, message: Any) -> dict[str, Any]:
     if topic == wire.VELOCITY:
         return {"velocity": message.twist.linear.x}
     if topic == wire.JOINTS:
-        return {"joints": tuple(message.position), "joint_rates": tuple(message.velocity)}
+        return wire.states(joints, message.name, message.position, message.velocity)
     return {"touch": message.wrench.force.z}
 
 

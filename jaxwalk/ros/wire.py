@@ -6,6 +6,7 @@ Commands are the same whether a message went through ROS or not, since both ways
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,9 +49,10 @@ class Frame:
 
     @property
     def finite(self) -> bool:
-        """Whether all of it are numbers."""
+        """Whether all of it are numbers, and the torso's orientation is one."""
         single = *self.pitch, self.pitch_rate, self.acceleration, self.velocity
-        return all(map(math.isfinite, (*single, *self.joints, *self.joint_rates, *self.touch)))
+        told = *single, *self.joints, *self.joint_rates, *self.touch
+        return any(self.pitch) and all(map(math.isfinite, told))
 
 
 def turned(pitch: float) -> tuple[float, float]:
@@ -58,13 +60,39 @@ def turned(pitch: float) -> tuple[float, float]:
     return math.sin(pitch / 2), math.cos(pitch / 2)
 
 
+def pitch(y: float, w: float) -> float:
+    """What `turned` was told, within (-pi, pi]: a quaternion and its negative are one orientation."""
+    found = 2 * (math.atan2(-y, -w) if w < 0 else math.atan2(y, w))
+    return found if found > -math.pi else math.pi
+
+
+def states(
+    joints: Sequence[str], names: Sequence[str], position: Sequence[float], velocity: Sequence[float]
+) -> dict[str, tuple[float, ...]]:
+    """What of a frame the joints' states say.
+
+    Args:
+      joints: the walker's, in the order that is wanted.
+      names, position, velocity: what the message says; rad, rad/s.
+
+    Raises:
+      ValueError: other joints, another order, or a joint without an angle or a rate.
+    """
+    if tuple(names) != tuple(joints):
+        raise ValueError(f"{JOINTS} is of {', '.join(names) or 'no joint'}; wanted: {', '.join(joints)}")
+    if not len(position) == len(velocity) == len(joints):
+        raise ValueError(
+            f"{JOINTS} has {len(position)} positions and {len(velocity)} velocities of {len(joints)} joints"
+        )
+    return {"joints": tuple(position), "joint_rates": tuple(velocity)}
+
+
 def sensors(frame: Frame) -> Sensors:
     """``frame`` as the controller takes it."""
-    y, w = frame.pitch
     return Sensors(
         velocity=frame.velocity,
         acceleration=frame.acceleration,
-        pitch=2 * math.atan2(y, w),
+        pitch=pitch(*frame.pitch),
         pitch_rate=frame.pitch_rate,
         joints=np.array(frame.joints).reshape(2, 3),
         joint_rates=np.array(frame.joint_rates).reshape(2, 3),

@@ -14,6 +14,7 @@ import pytest
 
 from jaxwalk import cli
 from jaxwalk.common.errors import UserError
+from jaxwalk.export import command as export
 from jaxwalk.ros import command, processes
 from jaxwalk.ros.processes import Processes
 
@@ -102,10 +103,11 @@ import rosbag
 from jaxwalk.deploy import Controller
 from jaxwalk.ros import body, topics, wire
 from jaxwalk.ros.watch import Collector, Keeper
-keeper = Keeper(Controller.load("policy.safetensors"), body.read("body.json").stance, print)
+found = body.read("body.json")
+keeper = Keeper(Controller.load("policy.safetensors"), found.stance, print)
 collector = Collector()
 for topic, message, _ in rosbag.Bag("walk.bag").read_messages(topics=list(wire.SENSORS)):
-    frame = collector.take(topic, message.header.stamp.to_nsec(), topics.values(topic, message))
+    frame = collector.take(topic, message.header.stamp.to_nsec(), topics.values(topic, message, found.joints))
     if frame is not None:
         print(*map(float.hex, keeper.answer(frame)))
 """
@@ -152,6 +154,45 @@ def controller(node, walked, out):
     return node(
         "controller", f"_policy:={walked / 'policy.safetensors'}", f"_commands:={out / 'commands.txt'}"
     )
+
+
+SERVE = """
+import sys, time
+import rospy
+from std_srvs.srv import Empty
+for name in sys.argv[1:]:
+    rospy.ServiceProxy(f"/gazebo/{name}", Empty)()
+    time.sleep(0.2)
+"""
+
+
+def test_a_reset_in_mid_walk_gives_the_commands_of_a_fresh_start_bit_for_bit(run, walked):
+    begun, _, node, out = run
+    node("simulation")
+    controller(node, walked, out)
+
+    def ask(*names):
+        assert begun.begin("ask", str(PYTHON), "-c", SERVE, *names).wait(MOST) == 0, begun.said("ask")
+
+    def walks():
+        """The commands of each walk, split where it begins."""
+        told = (out / "commands.txt").read_text().splitlines()
+        begins = [row for row, line in enumerate(told) if line == fresh[0]]
+        return [told[a:b] for a, b in zip(begins, [*begins[1:], len(told)], strict=True)]
+
+    fresh = (walked / "commands.txt").read_text().splitlines()[:500]  # before its push
+    wait(lambda: lines(out / "commands.txt") > 100)
+    ask("reset_simulation", "reset_simulation", "reset_simulation", "pause_physics")
+    paused = lines(out / "commands.txt")
+    time.sleep(0.5)
+    assert lines(out / "commands.txt") == paused
+    ask("reset_simulation")
+    assert lines(out / "commands.txt") == paused + 1  # to frame 0, where it stays
+    ask("unpause_physics")
+    wait(lambda: len(walks()[-1]) > 500)
+    assert len(walks()) == 5
+    for one in walks():
+        assert one[:500] == fresh[: len(one)]
 
 
 def test_a_controller_that_is_killed_leaves_passive_joints(run, walked):
@@ -215,12 +256,49 @@ def test_the_launch_file_starts_both_nodes_by_the_parameters_of_a_yaml_file(run,
     [
         (["_sekonds:=3"], "jaxwalk_simulation: unknown parameter sekonds: give some of body, method"),
         (["_body:=nowhere.json"], "cannot read nowhere.json"),
+        (["_factor:=0"], "jaxwalk_simulation: parameter factor: 0 is out of range: give more than 0, finite"),
+        (["_report:=/nowhere/at/all"], "parameter report /nowhere/at/all: there is no folder /nowhere/at"),
     ],
 )
 def test_nodes_end_with_one_line_where_they_are_told_what_is_no_good(run, told, said):
     begun, _, node, _ = run
     assert node("simulation", *told).wait(MOST) == 2
     assert said in begun.said("simulation")
+
+
+def test_a_policy_of_other_legs_is_refused(run, walked):
+    begun, _, node, out = run
+    trained, manifest = export.load("shipped-rigid")
+    rigid = export.write(trained, manifest, ("safetensors",), out)["safetensors"]
+    assert node("controller", f"_policy:={rigid}").wait(MOST) == 2
+    assert begun.said("controller").endswith("give a policy of legs that yield, as shipped")
+
+
+FOREIGN = """
+import time
+import rospy
+from sensor_msgs.msg import JointState
+rospy.init_node("foreign")
+states = rospy.Publisher("/walker/joint_states", JointState, queue_size=1)
+while not states.get_num_connections():
+    time.sleep(0.05)
+for _ in range(3):
+    states.publish(JointState(name=["elbow"], position=[0.1]))
+    time.sleep(0.1)
+"""
+
+
+def test_states_of_other_joints_are_the_safe_state_said_once(run, walked):
+    begun, _, node, out = run
+    one = controller(node, walked, out)
+    assert begun.begin("foreign", str(PYTHON), "-c", FOREIGN).wait(MOST) == 0, begun.said("foreign")
+    wait(lambda: lines(out / "commands.txt") == 3)
+    assert set((out / "commands.txt").read_text().splitlines()) == {" ".join(["nan"] * 6)}
+    told = (out / "controller.log").read_text()
+    assert (
+        told.count("safe state, joints are passive: /walker/joint_states is of elbow; wanted: hip_left") == 1
+    )
+    assert "Traceback" not in told and one.poll() is None
 
 
 def test_without_a_master_nodes_say_so(walked, tmp_path):
