@@ -91,7 +91,7 @@ def test_scores_that_are_no_numbers_lose():
             self.told = told
 
     one = Search()
-    evolution.tell(one, [np.zeros(1)] * 3, [float("nan"), 0.25, -20.0])
+    evolution.tell(one, [np.zeros(1)] * 3, np.array([float("nan"), 0.25, -20.0]))
     assert [float(score) for _, score in one.told] == [21.0, -0.25, 20.0]  # it minimises
 
 

@@ -84,7 +84,7 @@ def run(
     for generation in range(1, generations + 1):
         exam.renew(seed + generation)
         asked = [search.ask() for _ in range(candidates)]
-        scores = [exam(of(one))[0].score for one in asked]
+        scores = np.array([exam(of(one))[0].score for one in asked])
         evolution.tell(search, asked, scores)
         if tell(generation, float(np.mean(scores))):
             break
