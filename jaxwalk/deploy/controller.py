@@ -99,7 +99,7 @@ class Controller:
             raise UserError(f"delay {seconds} s: give 0 to {DELAY_MOST:g} s")
         self.person = dataclasses.replace(self.person, delay=np.float32(seconds))
         # Files of before do not tell: none was told.
-        return seconds <= self.policy.manifest.get("delay_most", 0.0) + 1e-6
+        return seconds <= self.policy.manifest.get("delay_trained", 0.0) + 1e-6
 
     @classmethod
     def load(

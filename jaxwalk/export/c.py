@@ -67,7 +67,7 @@ def _data(trained: policy.Policy, told: dict[str, Any]) -> str:
         "MASS": told["person"]["mass"],
         "SPEED": told["numbers"]["speed_desired"]["value"],
         "DELAY_MOST": DELAY_MOST,
-        "DELAY_TRAINED": told["delay_most"],
+        "DELAY_TRAINED": told["delay_trained"],
         "SPEED_LEAST": told["speeds"][0],
         "SPEED_MOST": told["speeds"][1],
         "CLIP": told["observation_clip"] or 0.0,

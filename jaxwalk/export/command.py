@@ -11,7 +11,6 @@ from rich.console import Console
 from rich.table import Table
 
 from jaxwalk.common import files
-from jaxwalk.common.errors import UserError
 from jaxwalk.export import c, manifest, onnx, page, selftest, stablehlo, tensors
 from jaxwalk.export.options import ExportArgs, PageArgs
 from jaxwalk.learn.policies import named, policy
@@ -33,14 +32,7 @@ def load(name: str) -> tuple[policy.Policy, dict[str, Any]]:
     Raises:
       UserError: a rule that nobody trained, no such policy, or a damaged one.
     """
-    named.load(name)  # which sees that it fits its configuration
-    if named.origin(name) is None:
-        raise UserError(
-            f"policy {name!r} is a rule, not trained: give a run folder, a policy file or shipped"
-        )
-    path = named.file(name)
-    trained = policy.load(path)
-    config = named.configured(path, trained)
+    trained, config = named.trained(name)
     return trained, manifest.build(trained, config)
 
 

@@ -136,7 +136,7 @@ def build(trained: policy.Policy, config: Config) -> dict[str, Any]:
         "reference": {"height": REFERENCE_HEIGHT, "mass": REFERENCE_MASS},
         "person": {"height": config.body.height, "mass": config.body.mass},
         "speeds": _speeds(config),
-        "delay_most": _delay_most(config),
+        "delay_trained": _delay_trained(config),
         "timestep": config.physics.timestep,
         "gravity": GRAVITY,
         "sensors": {"mean_window": config.sensors.mean_window, "kalman_gain": gain.tolist()},
@@ -162,7 +162,7 @@ def _strength(config: Config) -> list[list[list[float]]] | None:
     return [[list(x[way]) for x in (own.most, own.three_quarters, own.half)] for way in (0, 1)]
 
 
-def _delay_most(config: Config) -> float:
+def _delay_trained(config: Config) -> float:
     """The latest instruments that the policy was trained with and told of, s."""
     met = config.circumstances
     return met.delay if met.share and "delay" in config.observation else 0.0

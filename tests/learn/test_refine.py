@@ -61,10 +61,10 @@ def test_the_search_finds_what_is_better_in_the_last_layer_alone(graded, given):
     lacked = 1.0 - found.before.score
     assert found.better and found.after.score == pytest.approx(1.0 - lacked / 4, abs=0.01)
     for name, layer in given.actor.items():
-        same = jax.tree.map(np.array_equal, layer, found.found.actor[name])
+        same = jax.tree.map(np.array_equal, layer, found.policy.actor[name])
         assert all(jax.tree.leaves(same)) == (name != "output"), name
-    assert found.found.metadata == given.metadata
-    np.testing.assert_array_equal(found.found.observation_std, given.observation_std)
+    assert found.policy.metadata == given.metadata
+    np.testing.assert_array_equal(found.policy.observation_std, given.observation_std)
 
 
 def test_every_generation_meets_pushes_of_its_own(graded, given):
@@ -102,18 +102,7 @@ def test_the_search_ends_when_it_is_told_to(graded, given):
 
 def test_the_command_keeps_the_line_that_made_the_policy(graded, given, tmp_path, capsys):
     out = tmp_path / "refined.safetensors"
-    line = [
-        "refine",
-        "shipped",
-        "--out",
-        str(out),
-        "--generations",
-        "30",
-        "--candidates",
-        "8",
-        "--sigma",
-        "0.1",
-    ]
+    line = f"refine shipped --out {out} --generations 30 --candidates 8 --sigma 0.1".split()
     assert cli.main(line) == 0
     assert "the one that was found" in capsys.readouterr().out
     kept = policy.load(out).metadata

@@ -116,6 +116,20 @@ def configured(path: Path, loaded: policy.Policy) -> Config:
         raise UserError(f"policy {path}: its configuration does not fit this version ({error})") from None
 
 
+def trained(name: str) -> tuple[policy.Policy, Config]:
+    """The trained policy called ``name``, and the configuration of its run.
+
+    Raises:
+      UserError: a rule that nobody trained, no such policy, or a damaged one.
+    """
+    subject = load(name)  # which sees that it fits its configuration
+    if origin(name) is None:
+        raise UserError(
+            f"policy {name!r} is a rule, not trained: give a run folder, a policy file or shipped"
+        )
+    return policy.load(file(name)), subject.config
+
+
 def origin(name: str) -> policy.Metadata | None:
     """Where the policy called ``name`` comes from; None for the rules that nobody trained.
 

@@ -9,7 +9,6 @@ from rich.console import Console
 from rich.table import Table
 
 from jaxwalk import __version__
-from jaxwalk.common.errors import UserError
 from jaxwalk.common.interrupt import Stop
 from jaxwalk.learn.policies import named, policy
 from jaxwalk.learn.refine import search
@@ -27,26 +26,19 @@ def main(args: RefineArgs, typed: str) -> None:
     Raises:
       UserError: a rule that nobody trained, or a file that cannot be written.
     """
-    subject = named.load(args.policy)
-    if named.origin(args.policy) is None:
-        raise UserError(
-            f"policy {args.policy!r} is a rule, not trained: give a run folder, a policy file or shipped"
-        )
-    trained = policy.load(named.file(args.policy))
+    trained, config = named.trained(args.policy)
     with Stop("generation") as stop:
 
         def tell(generation: int, score: float) -> bool:
             print(f"generation {generation} of {args.generations}: mean score {score:.3f}", flush=True)
             return stop.wanted
 
-        found = search.run(
-            subject.config, trained, args.seed, args.generations, args.candidates, args.sigma, tell
-        )
+        found = search.run(config, trained, args.seed, args.generations, args.candidates, args.sigma, tell)
     meta = trained.metadata
     told = dataclasses.replace(
         meta, command=f"{meta.command}; {typed}", score=None, jaxwalk_version=__version__
     )
-    kept = dataclasses.replace(found.found, metadata=told) if found.better else trained
+    kept = dataclasses.replace(found.policy, metadata=told) if found.better else trained
     policy.save(kept, args.out)
     heads = "", "score", "survival", "worst phases", "calm", "speed, m/s"
     table = Table(*heads, title="pushes not seen before")

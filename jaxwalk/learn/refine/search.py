@@ -38,12 +38,12 @@ class Refined:
     """What came of it.
 
     Attributes:
-      found: the policy, with the origin of the one that was given.
+      policy: what was found, with the origin of the one that was given.
       before, after: marks of the one that was given and of this one, under pushes, starts and noise that
         neither training nor the search has met.
     """
 
-    found: Policy
+    policy: Policy
     before: Marks
     after: Marks
 
@@ -85,8 +85,8 @@ def run(
         exam.renew(seed + generation)
         asked = [search.ask() for _ in range(candidates)]
         scores = np.array([exam(of(one))[0].score for one in asked])
-        evolution.tell(search, asked, scores)
-        if tell(generation, float(np.mean(scores))):
+        told = evolution.tell(search, asked, scores)
+        if tell(generation, float(np.mean(told))):
             break
     start = np.asarray(first, np.float32)
     found = of(start + np.float32(WAY) * (np.asarray(search.mean, np.float32) - start))

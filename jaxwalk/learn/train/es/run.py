@@ -69,9 +69,9 @@ def _search(
                 return
         asked = np.stack([search.ask() for _ in range(own.candidates)])
         earned, landed = earn(asked, jax.random.fold_in(key, generation)).T
-        evolution.tell(search, list(asked), earned)
+        earned = evolution.tell(search, list(asked), earned)
         footsteps += round(float(landed.sum()))
-        told = {"train/reward": float(np.mean(earned, where=np.isfinite(earned)))}
+        told = {"train/reward": float(earned.mean())}
         progress.update(footsteps, told)
 
 
